@@ -1,0 +1,28 @@
+"""simprep: physics-validated preparation motions and interactions for simulated humanoids.
+
+The public API is re-exported here on purpose and loaded on first use, so that `import simprep` stays fast.
+"""
+
+import importlib
+from typing import Any
+
+__version__ = "0.1.0"
+
+_EXPORTS = {
+    "Body": "simprep.humanoid",
+    "Motion": "simprep.motion.motion",
+    "SimprepError": "simprep.errors",
+    "save_motion": "simprep.motion.store",
+}
+
+__all__ = ["__version__", *_EXPORTS]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _EXPORTS:
+        return getattr(importlib.import_module(_EXPORTS[name]), name)
+    raise AttributeError(f"module 'simprep' has no attribute {name!r}; valid: {', '.join(__all__)}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

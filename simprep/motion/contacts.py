@@ -1,0 +1,100 @@
+"""Which foot supports the body, from the height and speed of the foot points, with hysteresis in seconds and metres."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from simprep.humanoid import DEFAULT_BODY, Body
+from simprep.motion.kinematics import forward_kinematics
+
+
+@dataclass(frozen=True)
+class ContactSettings:
+    """Thresholds of contact detection.
+
+    Attributes:
+        enter_height: a foot touches down when its lowest point is below this [m] and slower than `enter_speed`.
+        leave_height: it lifts when its lowest point is above this [m] or faster than `leave_speed`.
+        enter_speed: horizontal and vertical speed of that point [m/s].
+        leave_speed: the same for lift-off [m/s].
+        smoothing: standard deviation of the Gaussian over positions before differencing [s].
+        minimum: shorter stances and shorter flights are removed [s].
+    """
+
+    enter_height: float = 0.035
+    leave_height: float = 0.05
+    enter_speed: float = 0.45
+    leave_speed: float = 0.8
+    smoothing: float = 0.015
+    minimum: float = 0.06
+
+
+def detect_contacts(
+    qpos: NDArray[np.float64],
+    fps: float,
+    body: Body = DEFAULT_BODY,
+    settings: ContactSettings | None = None,
+    floor: float = 0.0,
+) -> NDArray[np.bool_]:
+    """Foot contacts of a pose sequence; every duration is in seconds, so the frame rate hardly matters.
+
+    Args:
+        qpos: (T, 44) poses.
+        fps: frames per second [1/s].
+        body: the humanoid.
+        settings: thresholds; None for the defaults.
+        floor: height of the floor [m].
+
+    Returns:
+        (T, 2) left and right foot in contact.
+    """
+    settings = settings or ContactSettings()
+    points = forward_kinematics(qpos, body).foot_points - [0.0, 0.0, floor]  # (T, 2, 4, 3)
+    smooth = gaussian_filter1d(points, settings.smoothing * fps, axis=0, mode="nearest")
+    velocity = np.gradient(smooth, 1 / fps, axis=0) if len(points) > 1 else np.zeros_like(points)
+    speed = np.linalg.norm(velocity, axis=-1)  # (T, 2, 4)
+    height = points[..., 2]
+    may_enter = ((height < settings.enter_height) & (speed < settings.enter_speed)).any(axis=-1)
+    may_stay = ((height < settings.leave_height) & (speed < settings.leave_speed)).any(axis=-1)
+    shortest = max(1, round(settings.minimum * fps))
+    contacts = np.stack([_hysteresis(may_enter[:, side], may_stay[:, side]) for side in (0, 1)], axis=1)
+    for side in (0, 1):
+        contacts[:, side] = _drop_short(contacts[:, side], shortest)
+    return contacts
+
+
+def stances(contact: NDArray[np.bool_]) -> list[tuple[int, int]]:
+    """Maximal runs of contact of one foot.
+
+    Args:
+        contact: (T,) contact flags.
+
+    Returns:
+        (first frame, frame after the last) of every stance.
+    """
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], contact, [False]]).astype(int)))
+    return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def _hysteresis(enter: NDArray[np.bool_], stay: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    out = np.zeros(len(enter), dtype=bool)
+    # a run in which contact may stay is a stance once any of its frames may enter, from that frame on
+    for first, after in stances(stay | enter):
+        entries = np.flatnonzero(enter[first:after])
+        if len(entries):
+            out[first + entries[0] : after] = True
+    return out
+
+
+def _drop_short(contact: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
+    out = contact.copy()
+    n = len(out)
+    for first, after in stances(~out):
+        if after - first < shortest and first > 0 and after < n:
+            out[first:after] = True
+    for first, after in stances(out):
+        if after - first < shortest and first > 0 and after < n:
+            out[first:after] = False
+    return out

@@ -1,0 +1,235 @@
+"""Editing motions: slicing, resampling, looping, joining, mirroring and moving on the floor."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from simprep.errors import MotionError
+from simprep.humanoid import humanoid_model, mirror_map
+from simprep.motion.motion import Motion
+
+
+def yaw(quat: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Heading of root quaternions: angle of the body's x axis on the floor.
+
+    Args:
+        quat: (..., 4) wxyz.
+
+    Returns:
+        (...) angle from world x, counter-clockwise seen from above [rad].
+    """
+    w, x, y, z = np.moveaxis(np.asarray(quat), -1, 0)
+    return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
+
+
+def multiply_quat(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Hamilton product of quaternions, wxyz, broadcast over leading axes.
+
+    Args:
+        a: (..., 4).
+        b: (..., 4).
+    """
+    aw, ax, ay, az = np.moveaxis(np.asarray(a), -1, 0)
+    bw, bx, by, bz = np.moveaxis(np.asarray(b), -1, 0)
+    return np.stack(
+        [
+            aw * bw - ax * bx - ay * by - az * bz,
+            aw * bx + ax * bw + ay * bz - az * by,
+            aw * by - ax * bz + ay * bw + az * bx,
+            aw * bz + ax * by - ay * bx + az * bw,
+        ],
+        axis=-1,
+    )
+
+
+def move(motion: Motion, translation: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> Motion:
+    """Turn a motion about the world's vertical axis, then shift it on the floor.
+
+    Args:
+        motion: the motion.
+        translation: x, y [m].
+        turn: angle [rad], counter-clockwise seen from above.
+    """
+    qpos = motion.qpos.copy()
+    c, s = np.cos(turn), np.sin(turn)
+    qpos[:, :2] = qpos[:, :2] @ np.array([[c, s], [-s, c]]) + translation
+    qpos[:, 3:7] = multiply_quat(np.array([np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)]), qpos[:, 3:7])
+    return replace(motion, qpos=qpos)
+
+
+def at_origin(motion: Motion) -> Motion:
+    """Move a motion so that its first frame stands at the origin and faces x."""
+    turned = move(motion, turn=-float(yaw(motion.qpos[0, 3:7])))
+    x, y = turned.qpos[0, :2]
+    return move(turned, translation=(-x, -y))
+
+
+def cut(motion: Motion, first: int, after: int) -> Motion:
+    """Frames first to after - 1; events outside are dropped.
+
+    Raises:
+        MotionError: the range is empty or outside the motion.
+    """
+    if not 0 <= first < after <= len(motion):
+        raise MotionError(f"{motion.name}: frames {first}:{after}; valid: 0 <= a < b <= {len(motion)}")
+    events = {key: frame - first for key, frame in motion.events.items() if first <= frame < after}
+    whole = first == 0 and after == len(motion)
+    return replace(
+        motion,
+        qpos=motion.qpos[first:after],
+        contacts=motion.contacts[first:after],
+        events=events,
+        loop=motion.loop and whole,
+    )
+
+
+def resample(motion: Motion, fps: float) -> Motion:
+    """The same motion at another frame rate: linear in positions and hinges, spherical in the root rotation.
+
+    The first frame stays; the last stays where the duration is a whole number of new frames. A loop keeps its period,
+    which must be a whole number of new frames up to 1 %, else the rate is adjusted to make it so.
+
+    Args:
+        motion: the motion.
+        fps: new frame rate [1/s].
+    """
+    if fps == motion.fps:
+        return motion
+    if motion.loop:
+        frames = max(2, round(motion.duration * fps))
+        fps = frames / motion.duration
+        source = repeat(motion, 2)
+    else:
+        frames = int(np.floor(motion.duration * fps + 1e-9)) + 1
+        source = motion
+    times = np.arange(frames) / fps
+    qpos = sample(source, times)
+    nearest = np.clip(np.round(times * motion.fps).astype(int), 0, len(source) - 1)
+    events = {key: min(round(frame / motion.fps * fps), frames - 1) for key, frame in motion.events.items()}
+    return replace(motion, qpos=qpos, fps=fps, contacts=source.contacts[nearest], events=events)
+
+
+def sample(motion: Motion, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Poses at arbitrary times, held at the ends.
+
+    Args:
+        motion: the motion.
+        times: (N,) seconds from its first frame.
+
+    Returns:
+        (N, 44) qpos.
+    """
+    if len(motion) == 1:
+        return np.repeat(motion.qpos, len(times), axis=0)
+    position = np.clip(np.asarray(times) * motion.fps, 0, len(motion) - 1)
+    low = np.minimum(position.astype(int), len(motion) - 2)
+    weight = (position - low)[:, None]
+    qpos = (1 - weight) * motion.qpos[low] + weight * motion.qpos[low + 1]
+    slerp = Slerp(np.arange(len(motion)), Rotation.from_quat(motion.qpos[:, 3:7], scalar_first=True))
+    qpos[:, 3:7] = slerp(position).as_quat(scalar_first=True)
+    return np.asarray(qpos)
+
+
+def repeat(motion: Motion, cycles: int) -> Motion:
+    """A loop played several times in a row, each cycle carried on by the root displacement of the one before.
+
+    The displacement of one cycle is extrapolated from the last frame by the last inter-frame displacement, since the
+    frame after the last is the first one of the next cycle.
+
+    Args:
+        motion: a motion with `loop` set.
+        cycles: how often, at least 1.
+
+    Raises:
+        MotionError: the motion is no loop.
+    """
+    if not motion.loop:
+        raise MotionError(f"{motion.name} is not a loop; only loops repeat")
+    if cycles < 1:
+        raise MotionError(f"{motion.name}: {cycles} cycles; valid: 1 or more")
+    turn, step = loop_displacement(motion)
+    pieces = [motion.qpos]
+    piece = replace(motion, loop=False)
+    for _ in range(1, cycles):
+        # the next cycle is this one, moved rigidly so that the first frame maps onto the frame after the last
+        anchor = piece.qpos[0, :2].copy()
+        heading = float(yaw(piece.qpos[0, 3:7])) - float(yaw(motion.qpos[0, 3:7]))
+        piece = move(piece, translation=(-anchor[0], -anchor[1]))
+        c, s = np.cos(heading), np.sin(heading)
+        goal = anchor + np.array([[c, -s], [s, c]]) @ step
+        piece = move(move(piece, turn=turn), translation=(goal[0], goal[1]))
+        pieces.append(piece.qpos)
+    return replace(motion, qpos=np.concatenate(pieces), contacts=np.tile(motion.contacts, (cycles, 1)))
+
+
+def loop_displacement(motion: Motion) -> tuple[float, NDArray[np.float64]]:
+    """How far one cycle of a loop turns and travels.
+
+    The pose after the last is extrapolated by the mean of the first and last inter-frame root velocity.
+
+    Args:
+        motion: a motion of at least 2 frames.
+
+    Returns:
+        turn [rad], and the step of the root on the floor in the world frame of the motion (2,) [m].
+    """
+    model = humanoid_model(motion.body)
+    first, last = np.zeros(model.nv), np.zeros(model.nv)
+    mujoco.mj_differentiatePos(model, first, 1.0, motion.qpos[0], motion.qpos[1])
+    mujoco.mj_differentiatePos(model, last, 1.0, motion.qpos[-2], motion.qpos[-1])
+    begin, end = float(yaw(motion.qpos[0, 3:7])), float(yaw(motion.qpos[-1, 3:7]))
+    yaw_step = float(yaw(motion.qpos[-1, 3:7]) - yaw(motion.qpos[-2, 3:7]))
+    yaw_step_first = float(yaw(motion.qpos[1, 3:7]) - yaw(motion.qpos[0, 3:7]))
+    turn = _wrap(end - begin + (_wrap(yaw_step) + _wrap(yaw_step_first)) / 2)
+    turn = 0.0 if abs(turn) < 1e-9 else turn
+    # the velocity of frame 0, carried to the end of the cycle
+    c, s = np.cos(turn), np.sin(turn)
+    carried = np.array([[c, -s], [s, c]]) @ first[:2]
+    step = motion.qpos[-1, :2] - motion.qpos[0, :2] + (last[:2] + carried) / 2
+    return turn, step
+
+
+def concatenate(a: Motion, b: Motion) -> Motion:
+    """b after a, moved on the floor so that its first frame meets a's last (which it replaces) in plan and heading.
+
+    Args:
+        a: first motion.
+        b: second motion, of the same body; resampled to a's frame rate.
+
+    Raises:
+        MotionError: different bodies.
+    """
+    if a.body != b.body:
+        raise MotionError(f"{a.name} and {b.name} belong to different bodies: {a.body}, {b.body}")
+    b = resample(replace(b, loop=False), a.fps)
+    b = at_origin(b)
+    b = move(b, turn=float(yaw(a.qpos[-1, 3:7])))
+    x, y = a.qpos[-1, :2]
+    b = move(b, translation=(x, y))
+    events = {**a.events, **{key: frame + len(a) - 1 for key, frame in b.events.items()}}
+    return replace(
+        a,
+        qpos=np.concatenate([a.qpos[:-1], b.qpos]),
+        contacts=np.concatenate([a.contacts[:-1], b.contacts]),
+        events={key: frame for key, frame in events.items() if frame < len(a) - 1 + len(b)},
+        name=f"{a.name}+{b.name}",
+        source=f"{a.source}; {b.source}",
+        loop=False,
+    )
+
+
+def mirror(motion: Motion) -> Motion:
+    """The motion reflected in the plane y = 0: left and right swap."""
+    index, sign = mirror_map()
+    qpos = motion.qpos.copy()
+    qpos[:, 1] *= -1
+    qpos[:, [4, 6]] *= -1  # a reflection in y keeps the rotation about y and reverses those about x and z
+    qpos[:, 7:] = sign * motion.qpos[:, 7:][:, index]
+    return replace(motion, qpos=qpos, contacts=motion.contacts[:, ::-1], name=f"{motion.name}_mirrored")
+
+
+def _wrap(angle: float) -> float:
+    return float((angle + np.pi) % (2 * np.pi) - np.pi)

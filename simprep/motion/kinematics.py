@@ -1,0 +1,70 @@
+"""Body positions, COM and foot points of whole motions, computed by MuJoCo frame by frame."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.humanoid import DEFAULT_BODY, FOOT_GEOMS, SIDES, Body, humanoid_model
+
+
+@dataclass(frozen=True)
+class Kinematics:
+    """Positions of a motion in the world frame.
+
+    Attributes:
+        xpos: (T, 17, 3) origins of the 17 bodies (their proximal joints), in the order of `BODIES` [m].
+        xquat: (T, 17, 4) orientations of the bodies, wxyz.
+        xipos: (T, 17, 3) centres of mass of the bodies [m].
+        com: (T, 3) whole-body centre of mass [m].
+        foot_points: (T, 2, 4, 3) lowest points of the foot spheres: left, right x heel, medial and lateral ball, toe [m].
+    """
+
+    xpos: NDArray[np.float64]
+    xquat: NDArray[np.float64]
+    xipos: NDArray[np.float64]
+    com: NDArray[np.float64]
+    foot_points: NDArray[np.float64]
+
+
+def foot_geom_ids(body: Body = DEFAULT_BODY) -> NDArray[np.intp]:
+    """Geom ids of the foot spheres in the humanoid-only model.
+
+    Returns:
+        (2, 4): left, right x `FOOT_GEOMS`.
+    """
+    model = humanoid_model(body)
+    return np.array([[model.geom(f"{side}_{part}").id for part in FOOT_GEOMS] for side in SIDES], dtype=np.intp)
+
+
+def forward_kinematics(qpos: NDArray[np.float64], body: Body = DEFAULT_BODY) -> Kinematics:
+    """Kinematics of every pose.
+
+    Args:
+        qpos: (T, 44) poses.
+        body: the humanoid.
+
+    Returns:
+        Kinematics with T frames.
+    """
+    model = humanoid_model(body)
+    data = mujoco.MjData(model)
+    n = len(qpos)
+    xpos = np.empty((n, 17, 3))
+    xquat = np.empty((n, 17, 4))
+    xipos = np.empty((n, 17, 3))
+    geoms = np.empty((n, 2, 4, 3))
+    feet = foot_geom_ids(body)
+    data_qpos, data_xpos, data_xquat = data.qpos, data.xpos, data.xquat
+    data_xipos, data_geom = data.xipos, data.geom_xpos
+    for frame in range(n):
+        data_qpos[:] = qpos[frame]
+        mujoco.mj_kinematics(model, data)
+        xpos[frame] = data_xpos[1:]
+        xquat[frame] = data_xquat[1:]
+        xipos[frame] = data_xipos[1:]
+        geoms[frame] = data_geom[feet]
+    mass = model.body_mass[1:]
+    geoms[..., 2] -= model.geom_size[feet, 0]
+    return Kinematics(xpos, xquat, xipos, np.einsum("b,tbi->ti", mass, xipos) / mass.sum(), geoms)

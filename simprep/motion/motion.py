@@ -1,0 +1,117 @@
+"""Motion: a sequence of poses of the humanoid. A pose is a MuJoCo qpos, so kinematics come from MuJoCo."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.errors import MotionError
+from simprep.humanoid import DEFAULT_BODY, N_QPOS, Body, humanoid_model
+
+MAX_FPS = 1000.0
+MIN_FPS = 1.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A sequence of poses of one humanoid, with foot contacts and named frames.
+
+    Attributes:
+        qpos: (T, 44) root position [m] (world, z up), root quaternion (wxyz), 37 hinge angles [rad] in the order of
+            `simprep.humanoid.HINGES`. Read-only.
+        fps: frames per second [1/s], 1 to 1000.
+        contacts: (T, 2) whether the left and right foot support the body. Read-only.
+        events: named frame indices, such as `target` (first frame of the target movement) or `impact`.
+        name: short name for tables and files.
+        source: where the motion came from (file, generator), for reports.
+        loop: the motion is one cycle: the frame after the last is the first, moved by the root displacement.
+        body: stature and mass of the humanoid whose poses these are.
+
+    Raises:
+        MotionError: no frames, wrong shapes, NaN, a zero quaternion, a bad frame rate or an event outside the frames.
+    """
+
+    qpos: NDArray[np.float64]
+    fps: float
+    contacts: NDArray[np.bool_]
+    events: Mapping[str, int] = field(default_factory=dict)
+    name: str = "motion"
+    source: str = ""
+    loop: bool = False
+    body: Body = DEFAULT_BODY
+
+    def __post_init__(self) -> None:
+        qpos = np.array(self.qpos, dtype=np.float64)
+        contacts = np.array(self.contacts, dtype=bool)
+        if qpos.ndim != 2 or qpos.shape[1] != N_QPOS:
+            raise MotionError(f"{self.name}: qpos has shape {qpos.shape}; valid: (frames, {N_QPOS})")
+        if len(qpos) == 0:
+            raise MotionError(f"{self.name}: no frames")
+        bad = np.flatnonzero(~np.isfinite(qpos).all(axis=1))
+        if len(bad):
+            raise MotionError(f"{self.name}: frame {bad[0]} of {len(qpos)} holds NaN or infinity")
+        if contacts.shape != (len(qpos), 2):
+            raise MotionError(f"{self.name}: contacts has shape {contacts.shape}; valid: ({len(qpos)}, 2)")
+        if not (np.isfinite(self.fps) and MIN_FPS <= self.fps <= MAX_FPS):
+            raise MotionError(f"{self.name}: frame rate {self.fps} 1/s; valid: {MIN_FPS:g} to {MAX_FPS:g}")
+        norm = np.linalg.norm(qpos[:, 3:7], axis=1, keepdims=True)
+        if (norm < 1e-6).any():
+            raise MotionError(f"{self.name}: frame {int(np.argmin(norm))} has a zero root quaternion")
+        if np.abs(norm - 1).max() > 1e-12:
+            qpos[:, 3:7] /= norm
+        for event, frame in self.events.items():
+            if not 0 <= frame < len(qpos):
+                raise MotionError(f"{self.name}: event {event!r} at frame {frame}; valid: 0 to {len(qpos) - 1}")
+        qpos.setflags(write=False)
+        contacts.setflags(write=False)
+        object.__setattr__(self, "qpos", qpos)
+        object.__setattr__(self, "contacts", contacts)
+        object.__setattr__(self, "fps", float(self.fps))
+        object.__setattr__(self, "events", MappingProxyType(dict(self.events)))
+
+    def __len__(self) -> int:
+        return len(self.qpos)
+
+    @property
+    def duration(self) -> float:
+        """Length [s]: the time from the first frame to the last (a loop: to the first frame of the next cycle)."""
+        return (len(self) if self.loop else len(self) - 1) / self.fps
+
+    @property
+    def times(self) -> NDArray[np.float64]:
+        """(T,) time of each frame [s], from 0."""
+        return np.arange(len(self)) / self.fps
+
+    def velocities(self) -> NDArray[np.float64]:
+        """Generalised velocities at every frame, by central differences (`mj_differentiatePos`).
+
+        Returns:
+            (T, 43) qvel: root linear velocity (world) [m/s], root angular velocity (body frame) [rad/s], hinges [rad/s].
+        """
+        return differentiate(self.qpos, self.fps, self.body)
+
+
+def differentiate(qpos: NDArray[np.float64], fps: float, body: Body = DEFAULT_BODY) -> NDArray[np.float64]:
+    """Generalised velocities of a pose sequence: central differences, one-sided at the ends.
+
+    Args:
+        qpos: (T, 44) poses.
+        fps: frames per second [1/s].
+        body: the humanoid.
+
+    Returns:
+        (T, 43) qvel in MuJoCo's convention; zero where there is only one frame.
+    """
+    model = humanoid_model(body)
+    n = len(qpos)
+    qvel = np.zeros((n, model.nv))
+    for frame in range(n):
+        before, after = max(frame - 1, 0), min(frame + 1, n - 1)
+        if after > before:
+            mujoco.mj_differentiatePos(model, qvel[frame], (after - before) / fps, qpos[before], qpos[after])
+    # mj_differentiatePos gives the rotation in the frame of the earlier pose, half a step or one step before `frame`;
+    # over a step of 1/fps that rotation is about the same axis, so the component vector is the same.
+    return qvel
