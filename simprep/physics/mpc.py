@@ -1,0 +1,178 @@
+"""`mpc`: servo targets corrected by receding-horizon sampling in a batch of simulations.
+
+Every `replan` seconds the offsets of the next `horizon` seconds are improved by a few cross-entropy iterations: sample
+offsets around the last solution, simulate each sample with MuJoCo from the current state, score it against the
+reference, and move to the weighted mean of the best. The servos see target = feed-forward + offset; nothing else acts on
+the body. Samples are simulated with `mujoco.batch`, which gives the same bits at any thread count.
+"""
+
+from dataclasses import asdict, dataclass, field
+from time import perf_counter
+from typing import Any
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from numpy.typing import NDArray
+
+from simprep.humanoid import HINGES
+from simprep.physics.controller import feedforward_targets
+from simprep.physics.reference import Reference
+from simprep.physics.tracking_cost import CostWeights, TrackingCost
+
+
+@dataclass(frozen=True)
+class MpcSettings:
+    """Configuration of the sampling controller.
+
+    Attributes:
+        horizon: look-ahead [s].
+        replan: time between two plans [s].
+        knot_spacing: time between two knots of the offset curve [s]; linear in between.
+        samples: simulations per iteration.
+        iterations: cross-entropy iterations per plan.
+        elites: samples that enter the weighted mean.
+        temperature: softness of the weights, in standard deviations of the elites' costs.
+        noise_scale: factor on the standard deviations below.
+        noise: standard deviation of the sampled offset [rad] by joint, matched by the end of the hinge name;
+            joints that match none are not sampled.
+        scales: the samples are split among these multiples of the noise.
+        weights: cost weights.
+        threads: simulation threads; 0 for all cores. Does not change the result.
+    """
+
+    horizon: float = 0.4
+    replan: float = 1 / 30
+    knot_spacing: float = 0.1
+    samples: int = 40
+    iterations: int = 2
+    elites: int = 16
+    temperature: float = 0.5
+    noise_scale: float = 0.8
+    noise: tuple[tuple[str, float], ...] = (
+        ("hip_flexion", 0.15),
+        ("hip_abduction", 0.15),
+        ("hip_rotation", 0.15),
+        ("knee_flexion", 0.15),
+        ("ankle_dorsiflexion", 0.2),
+        ("ankle_inversion", 0.2),
+        ("lumbar_flexion", 0.12),
+        ("lumbar_bending", 0.12),
+        ("lumbar_rotation", 0.12),
+        ("shoulder_flexion", 0.05),
+        ("shoulder_abduction", 0.05),
+    )
+    scales: tuple[float, ...] = (0.25, 0.5, 1.0)
+    weights: CostWeights = field(default_factory=CostWeights)
+    threads: int = 0
+
+
+class MpcController:
+    """Receding-horizon sampling of servo-target offsets; state is the current plan and the random generator."""
+
+    name = "mpc"
+
+    def __init__(self, reference: Reference, model: Any, seed: int, settings: MpcSettings | None = None) -> None:
+        self._settings = settings or MpcSettings()
+        s = self._settings
+        self._dt = float(model.opt.timestep)
+        self._steps = max(1, round(s.horizon / self._dt))
+        self._every = max(1, round(s.replan / self._dt))
+        self._rng = np.random.default_rng(seed)
+        self._feedforward = feedforward_targets(reference, model)
+        self._last = len(reference.qpos) - 1
+        std = np.array([_noise_of(name, s.noise) for name in HINGES]) * s.noise_scale
+        self._sampled = np.flatnonzero(std)
+        self._std = std[self._sampled]
+        self._knots = int(np.ceil(s.horizon / s.knot_spacing - 1e-9)) + 1
+        self._basis = _linear_basis(np.arange(self._steps, dtype=np.float64) * self._dt / s.knot_spacing, self._knots)
+        shift_position = np.arange(self._knots) + self._every * self._dt / s.knot_spacing
+        self._shift = _linear_basis(np.minimum(shift_position, self._knots - 1), self._knots)
+        self._plan = np.zeros((self._knots, len(self._sampled)))
+        self._cost = TrackingCost(reference, model, self._steps, s.weights)
+        self._batch = Batch(model, s.samples, nthread=s.threads)
+        self._qpos = self._batch.bind("qpos")
+        self._qvel = self._batch.bind("qvel")
+        self._warmstart = self._batch.bind("qacc_warmstart")
+        self._time = self._batch.bind("time")
+        self._scale = np.resize(np.array(s.scales), s.samples)
+        self._offsets = np.zeros((self._every, len(HINGES)))
+        self._planned_at = -1
+        self.simulation_s = 0.0
+        self.total_s = 0.0
+        self.rejected = 0
+
+    def target(self, step: int, data: Any) -> NDArray[np.float64]:
+        """Servo targets for the coming step (see `Controller.target`); replans when due."""
+        if self._planned_at < 0 or step - self._planned_at >= self._every:
+            begin = perf_counter()
+            self._replan(step, data)
+            self._planned_at = step
+            self.total_s += perf_counter() - begin
+        return np.asarray(self._feedforward[step] + self._offsets[step - self._planned_at])
+
+    def settings(self) -> dict[str, Any]:
+        """Configuration, for the record."""
+        return {**asdict(self._settings), "rejected_samples": self.rejected}
+
+    def _replan(self, step: int, data: Any) -> None:
+        s = self._settings
+        mean = self._shift @ self._plan if self._planned_at >= 0 else self._plan
+        frames = np.minimum(step + np.arange(self._steps), self._last)
+        feedforward = self._feedforward[frames]  # (steps, 37)
+        for _ in range(s.iterations):
+            noise = self._rng.standard_normal((s.samples, *mean.shape)) * self._std
+            theta = mean + self._scale[:, None, None] * noise  # (samples, knots, sampled)
+            theta[0] = mean
+            theta[1] = 0.0
+            control = np.repeat(feedforward[None], s.samples, axis=0)
+            control[:, :, self._sampled] += np.einsum("tk,nkj->ntj", self._basis, theta)
+            cost = self._evaluate(step, data, control, theta)
+            order = np.argsort(cost, kind="stable")[: s.elites]
+            best = cost[order]
+            if not np.isfinite(best[0]):
+                break  # every sample diverged: keep the plan and let the simulation show what happens
+            best = np.where(np.isfinite(best), best, np.inf)
+            spread = np.std(best[np.isfinite(best)]) + 1e-12
+            weight = np.exp(-(best - best[0]) / (s.temperature * spread))
+            mean = np.einsum("n,nkj->kj", weight / weight.sum(), theta[order])
+        self._plan = mean
+        self._offsets[:] = 0.0
+        self._offsets[:, self._sampled] = (self._basis @ mean)[: self._every]
+
+    def _evaluate(
+        self, step: int, data: Any, control: NDArray[np.float64], theta: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        self._qpos[:] = data.qpos
+        self._qvel[:] = data.qvel
+        self._warmstart[:] = data.qacc_warmstart
+        self._time[:] = data.time
+        begin = perf_counter()
+        record = self._batch.rollout(
+            self._steps,
+            control=control,
+            control_spec=mujoco.mjtState.mjSTATE_CTRL,
+            record=("qpos", "qvel", "xpos", "subtree_com"),
+        )
+        self.simulation_s += perf_counter() - begin
+        cost = self._cost.evaluate(step, record, theta)
+        failed = np.asarray(self._batch.status != 0) if hasattr(self._batch, "status") else np.zeros(len(cost), bool)
+        failed = failed | ~np.isfinite(cost)
+        self.rejected += int(failed.sum())
+        return np.where(failed, np.inf, cost)
+
+
+def _noise_of(hinge: str, noise: tuple[tuple[str, float], ...]) -> float:
+    return next((value for ending, value in noise if hinge.endswith(ending)), 0.0)
+
+
+def _linear_basis(position: NDArray[np.float64], knots: int) -> NDArray[np.float64]:
+    """Weights of linear interpolation between knots 0..knots-1 at positions (in knots), held at the ends."""
+    position = np.clip(position, 0, knots - 1)
+    low = np.minimum(position.astype(int), knots - 2)
+    weight = position - low
+    basis = np.zeros((len(position), knots))
+    rows = np.arange(len(position))
+    basis[rows, low] = 1 - weight
+    basis[rows, low + 1] += weight
+    return basis

@@ -1,0 +1,157 @@
+"""The reference a controller tracks: a motion brought to the simulation rate, smoothed and lifted out of the floor."""
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from simprep.errors import MotionError
+from simprep.humanoid import humanoid_model
+from simprep.motion.edit import resample, sample
+from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.motion import Motion, differentiate
+
+
+@dataclass(frozen=True)
+class ReferenceSettings:
+    """What is done to a motion before it is tracked; every entry is recorded with the run.
+
+    Attributes:
+        smoothing: standard deviation of the Gaussian over poses [s]; 0 for none. Captured clips carry noise whose second
+            derivative no servo can follow.
+        lift: raise the root so that no geom is in the floor, by an offset that varies slowly.
+        lift_smoothing: standard deviation of the Gaussian over that offset [s].
+    """
+
+    smoothing: float = 0.02
+    lift: bool = True
+    lift_smoothing: float = 0.1
+
+
+@dataclass(frozen=True)
+class Reference:
+    """A motion sampled at every simulation step, steps 0 to N.
+
+    Attributes:
+        motion: the processed motion at the simulation rate.
+        qpos: (N + 1, 44).
+        qvel: (N + 1, 43).
+        kinematics: positions at every step.
+        clearance: (N + 1, 17) height of each body's lowest geom point above the floor [m].
+        processing: what was done, for the record.
+    """
+
+    motion: Motion
+    qpos: NDArray[np.float64]
+    qvel: NDArray[np.float64]
+    kinematics: Kinematics
+    clearance: NDArray[np.float64]
+    processing: dict[str, Any]
+
+
+def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings | None = None) -> Reference:
+    """Process a motion for tracking.
+
+    Args:
+        motion: the motion; loops are tracked for one cycle (repeat them first).
+        timestep: simulation step [s].
+        settings: smoothing and lift.
+
+    Raises:
+        MotionError: fewer than two frames.
+    """
+    settings = settings or ReferenceSettings()
+    if len(motion) < 2:
+        raise MotionError(f"{motion.name}: {len(motion)} frame; tracking needs at least 2")
+    fps = 1.0 / timestep
+    plain = Motion(
+        motion.qpos, motion.fps, motion.contacts, motion.events, motion.name, motion.source, False, motion.body
+    )
+    steps = int(np.floor(plain.duration * fps + 1e-9))
+    qpos = sample(plain, np.arange(steps + 1, dtype=np.float64) * timestep)
+    if settings.smoothing > 0:
+        qpos = _smooth(qpos, settings.smoothing * fps)
+    clearance = body_clearance(qpos, motion)
+    lift = np.zeros(len(qpos))
+    if settings.lift:
+        lift = _lift_offset(-clearance.min(axis=1), settings.lift_smoothing * fps)
+        qpos[:, 2] += lift
+        clearance = clearance + lift[:, None]
+    at_rate = resample(plain, fps)
+    contacts = at_rate.contacts[np.minimum(np.arange(steps + 1), len(at_rate) - 1)]
+    events = {key: min(frame, steps) for key, frame in at_rate.events.items()}
+    processed = Motion(qpos, fps, contacts, events, motion.name, motion.source, False, motion.body)
+    return Reference(
+        motion=processed,
+        qpos=processed.qpos,
+        qvel=differentiate(processed.qpos, fps, motion.body),
+        kinematics=forward_kinematics(processed.qpos, motion.body),
+        clearance=clearance,
+        processing={**asdict(settings), "largest_lift_m": float(lift.max()), "start": "exactly on the reference"},
+    )
+
+
+def body_clearance(qpos: NDArray[np.float64], motion: Motion) -> NDArray[np.float64]:
+    """Height of the lowest point of each body's geoms above z = 0.
+
+    Args:
+        qpos: (T, 44).
+        motion: whose body it is.
+
+    Returns:
+        (T, 17) [m]; negative in the floor.
+    """
+    model = humanoid_model(motion.body)
+    kinematics = forward_kinematics(qpos, motion.body)
+    clearance = np.full((len(qpos), 17), np.inf)
+    rotation = _rotation_z_row(kinematics.xquat)  # (T, 17, 3) third row of each rotation matrix
+    for geom in range(model.ngeom):
+        if model.geom_contype[geom] == 0:
+            continue
+        body = model.geom_bodyid[geom] - 1
+        row = rotation[:, body]
+        centre = kinematics.xpos[:, body, 2] + row @ model.geom_pos[geom]
+        axis = _quat_matrix(model.geom_quat[geom])[:, 2]
+        half = model.geom_size[geom, 1]  # 0 for spheres: the humanoid has spheres and capsules only
+        low = centre - np.abs(row @ axis) * half - model.geom_size[geom, 0]
+        clearance[:, body] = np.minimum(clearance[:, body], low)
+    return clearance
+
+
+def _smooth(qpos: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
+    out = qpos.copy()
+    quat = qpos[:, 3:7].copy()
+    flips = np.cumprod(np.where((quat[1:] * quat[:-1]).sum(axis=1) < 0, -1.0, 1.0))
+    quat[1:] *= flips[:, None]
+    out[:, 3:7] = quat
+    # the ends keep value and slope: extend by point reflection instead of flattening
+    pad = min(len(qpos) - 1, int(4 * sigma) + 1)
+    extended = np.concatenate([2 * out[0] - out[pad:0:-1], out, 2 * out[-1] - out[-2 : -pad - 2 : -1]])
+    out = gaussian_filter1d(extended, sigma, axis=0, mode="nearest")[pad : pad + len(qpos)]
+    out[:, 3:7] /= np.linalg.norm(out[:, 3:7], axis=1, keepdims=True)
+    return np.asarray(out)
+
+
+def _lift_offset(depth: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
+    """Smooth non-negative offset that is at least the depth everywhere."""
+    needed = np.maximum(depth, 0.0)
+    if needed.max() <= 0:
+        return needed
+    from scipy.ndimage import maximum_filter1d
+
+    width = 2 * int(2 * sigma) + 1
+    envelope = maximum_filter1d(needed, width, mode="nearest")
+    return np.maximum(gaussian_filter1d(envelope, sigma, mode="nearest"), needed)
+
+
+def _rotation_z_row(quat: NDArray[np.float64]) -> NDArray[np.float64]:
+    w, x, y, z = np.moveaxis(quat, -1, 0)
+    return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)
+
+
+def _quat_matrix(quat: NDArray[np.float64]) -> NDArray[np.float64]:
+    from scipy.spatial.transform import Rotation
+
+    return np.asarray(Rotation.from_quat(quat, scalar_first=True).as_matrix())

@@ -1,0 +1,118 @@
+"""How well simulated samples follow the reference: the cost that `mpc` minimises."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.humanoid import BODIES
+from simprep.physics.reference import Reference
+
+_FEET = (BODIES.index("left_foot"), BODIES.index("right_foot"))
+
+
+@dataclass(frozen=True)
+class CostWeights:
+    """Weights of the squared errors, averaged over bodies and over the instants of the horizon.
+
+    Attributes:
+        position: global body positions [1/m^2].
+        relative: body positions relative to the pelvis [1/m^2].
+        orientation: root orientation [1/rad^2].
+        velocity: root linear velocity [s^2/m^2].
+        spin: root angular velocity [s^2/rad^2].
+        com_to_foot: COM relative to each foot, against the reference [1/m^2].
+        foot_height: height of each foot [1/m^2].
+        joint_velocity: hinge velocities [s^2/rad^2].
+        effort: offsets themselves [1/rad^2].
+        final: factor on the last instant.
+        instants: time between two scored instants [s].
+    """
+
+    position: float = 10.0
+    relative: float = 30.0
+    orientation: float = 3.0
+    velocity: float = 0.5
+    spin: float = 0.05
+    com_to_foot: float = 30.0
+    foot_height: float = 20.0
+    joint_velocity: float = 0.005
+    effort: float = 0.5
+    final: float = 0.5
+    instants: float = 0.05
+
+
+class TrackingCost:
+    """Scores rollouts against a reference; holds the reference quantities, so that scoring is array arithmetic."""
+
+    def __init__(self, reference: Reference, model: Any, steps: int, weights: CostWeights) -> None:
+        self._weights = weights
+        dt = float(model.opt.timestep)
+        every = max(1, round(weights.instants / dt))
+        self._instants = np.arange(every, steps + 1, every) - 1  # rollout record index k is the state after step k
+        if self._instants[-1] != steps - 1:
+            self._instants = np.append(self._instants, steps - 1)
+        self._time_weight = np.ones(len(self._instants))
+        self._time_weight[-1] += weights.final * len(self._instants)
+        self._qpos, self._qvel = reference.qpos, reference.qvel
+        self._xpos = reference.kinematics.xpos
+        self._com = reference.kinematics.com
+        self._last = len(reference.qpos) - 1
+
+    def evaluate(
+        self, step: int, record: Mapping[str, NDArray[np.float64]], theta: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        """Cost of every sample.
+
+        Args:
+            step: index of the rollout's start state in the reference.
+            record: rollout records qpos, qvel, xpos, subtree_com, (n, steps, ...).
+            theta: (n, knots, sampled) offsets [rad].
+
+        Returns:
+            (n,) cost; instants beyond the end of the reference do not count.
+        """
+        w = self._weights
+        frames = step + 1 + self._instants
+        inside = frames <= self._last
+        if not inside.any():
+            return np.asarray(w.effort * np.mean(theta**2, axis=(1, 2)))
+        pick = self._instants[inside]
+        state = frames[inside]
+        weight = self._time_weight[inside] / self._time_weight[inside].sum()
+        # positions recorded after a step belong to the state before it
+        xpos = record["xpos"][:, pick, 1:]  # (n, t, 17, 3)
+        com = record["subtree_com"][:, pick, 1]
+        target_xpos, target_com = self._xpos[state - 1], self._com[state - 1]
+        root_error = xpos[:, :, :1] - target_xpos[:, :1]
+        error = xpos - target_xpos
+        relative = error - root_error
+        foot = xpos[:, :, _FEET, :]
+        target_foot = target_xpos[:, _FEET, :]
+        com_foot = (com[:, :, None] - foot) - (target_com[:, None] - target_foot)
+        qvel = record["qvel"][:, pick]
+        target_qvel = self._qvel[state]
+        quat_error = _rotation_error_squared(record["qpos"][:, pick, 3:7], self._qpos[state, 3:7])
+        velocity_error = qvel - target_qvel
+        per_instant = (
+            w.position * np.mean(_square(error), axis=2)
+            + w.relative * np.mean(_square(relative), axis=2)
+            + w.orientation * quat_error
+            + w.velocity * _square(velocity_error[..., :3])
+            + w.spin * _square(velocity_error[..., 3:6])
+            + w.com_to_foot * np.mean(_square(com_foot), axis=2)
+            + w.foot_height * np.mean((foot - target_foot)[..., 2] ** 2, axis=2)
+            + w.joint_velocity * np.mean(velocity_error[..., 6:] ** 2, axis=2)
+        )  # (n, t)
+        return np.asarray(per_instant @ weight + w.effort * np.mean(theta**2, axis=(1, 2)))
+
+
+def _square(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(np.einsum("...i,...i->...", x, x))
+
+
+def _rotation_error_squared(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Squared rotation between unit quaternions, 4 (1 - <a, b>^2), equal to the angle squared when small."""
+    return np.asarray(4 * (1 - np.einsum("...i,...i->...", a, b) ** 2))
