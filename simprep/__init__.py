@@ -12,6 +12,7 @@ _EXPORTS = {
     "Body": "simprep.humanoid",
     "Motion": "simprep.motion.motion",
     "SimprepError": "simprep.errors",
+    "load_motion": "simprep.motion.load",
     "save_motion": "simprep.motion.store",
 }
 

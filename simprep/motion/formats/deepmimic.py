@@ -1,0 +1,201 @@
+"""DeepMimic motion clips (JSON text), as published with Peng et al. 2018, "DeepMimic".
+
+A frame is: duration [s]; root position (y up) [m]; root quaternion (wxyz); quaternions of chest, neck, right hip; angle
+of the right knee; quaternions of right ankle and shoulder; angle of the right elbow; the same for the left side.
+The file has no skeleton: the offsets below are those of the format's standard humanoid (x forward, y up, z to the right).
+"""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from simprep.errors import MotionFileError
+from simprep.motion.formats.skeleton import SourceClip, axis_rotation, forward
+
+_JOINTS = (
+    # name, parent, offset from the parent [m], values in a frame (0: fixed, 1: angle about z, 4: quaternion)
+    ("root", -1, (0.0, 0.0, 0.0), 4),
+    ("chest", 0, (0.0, 0.236151, 0.0), 4),
+    ("neck", 1, (0.0, 0.223894, 0.0), 4),
+    ("right_hip", 0, (0.0, 0.0, 0.084887), 4),
+    ("right_knee", 3, (0.0, -0.421546, 0.0), 1),
+    ("right_ankle", 4, (0.0, -0.40987, 0.0), 4),
+    ("right_shoulder", 1, (-0.02405, 0.2435, 0.18311), 4),
+    ("right_elbow", 6, (0.0, -0.274788, 0.0), 1),
+    ("right_wrist", 7, (0.0, -0.258947, 0.0), 0),
+    ("left_hip", 0, (0.0, 0.0, -0.084887), 4),
+    ("left_knee", 9, (0.0, -0.421546, 0.0), 1),
+    ("left_ankle", 10, (0.0, -0.40987, 0.0), 4),
+    ("left_shoulder", 1, (-0.02405, 0.2435, -0.18311), 4),
+    ("left_elbow", 12, (0.0, -0.274788, 0.0), 1),
+    ("left_wrist", 13, (0.0, -0.258947, 0.0), 0),
+)
+FRAME_LENGTH = 4 + sum(values for *_, values in _JOINTS)
+SEAM_S = 0.3
+"""Time over which each end of a cyclic clip is eased so that the last frame leads into the first [s]."""
+
+
+def read_deepmimic(path: Path) -> SourceClip:
+    """Read a clip.
+
+    Args:
+        path: the JSON file.
+
+    Raises:
+        MotionFileError: not such a file, wrong frame length, NaN, zero quaternions or durations.
+    """
+    frames, cyclic, notes = _parse(path)
+    duration = frames[:, 0]
+    step_s = duration[:-1] if len(frames) > 1 else duration
+    if (step_s <= 0).any():
+        bad = int(np.flatnonzero(step_s <= 0)[0])
+        raise MotionFileError(path, f"frame {bad} has duration {step_s[bad]:g} s; valid: above 0")
+    dt = float(np.median(step_s))
+    if np.abs(step_s - dt).max() > 0.05 * dt:
+        frames = _uniform(frames, dt)
+        notes.append(f"frame durations vary ({step_s.min():g} to {step_s.max():g} s): resampled to {dt:g} s")
+    step = None
+    if cyclic and len(frames) > 3:
+        frames, gap = _close_loop(frames, dt)
+        step = frames[-1, 1:4] - frames[0, 1:4]
+        step[1] = 0.0
+        frames = frames[:-1]
+        notes.append(
+            f"cyclic clip: the last frame only closes the cycle and is left out; the seam, a gap of up to "
+            f"{np.degrees(gap):.0f} deg in a joint, is eased over {SEAM_S:g} s at each end"
+        )
+    parents = np.array([parent for _, parent, _, _ in _JOINTS], dtype=np.intp)
+    offsets = np.array([offset for _, _, offset, _ in _JOINTS])
+    local = _local_rotations(frames)
+    positions, rotations = forward(parents, offsets, local)
+    positions += frames[:, None, 1:4]
+    identity = np.broadcast_to(np.eye(3), (1, len(_JOINTS), 3, 3))
+    rest, _ = forward(parents, offsets, identity)
+    return SourceClip(
+        path=path,
+        format="DeepMimic",
+        names=tuple(name for name, *_ in _JOINTS),
+        parents=parents,
+        positions=positions,
+        rotations=rotations,
+        rest_positions=rest[0],
+        rest_rotations=identity[0],
+        fps=1.0 / dt,
+        unit_m=1.0,
+        up="y",
+        step=step,
+        notes=tuple(notes),
+    )
+
+
+def _parse(path: Path) -> tuple[NDArray[np.float64], bool, list[str]]:
+    try:
+        content: Any = json.loads(path.read_text(encoding="utf-8"))
+    except UnicodeDecodeError:
+        raise MotionFileError(path, "not a text file; valid: DeepMimic JSON") from None
+    except RecursionError:
+        raise MotionFileError(path, "nested too deeply for a DeepMimic clip") from None
+    except json.JSONDecodeError as error:
+        raise MotionFileError(path, f"not valid JSON ({error.msg})", error.lineno) from None
+    except ValueError as error:
+        raise MotionFileError(path, f"not valid JSON ({error})") from None
+    if not isinstance(content, dict) or not isinstance(content.get("Frames"), list):
+        raise MotionFileError(path, "no list 'Frames'; valid: a DeepMimic motion clip")
+    rows = content["Frames"]
+    if not rows:
+        raise MotionFileError(path, "no frames")
+    for number, row in enumerate(rows):
+        if not isinstance(row, list) or len(row) != FRAME_LENGTH:
+            given = len(row) if isinstance(row, list) else type(row).__name__
+            raise MotionFileError(path, f"frame {number} has {given} values; valid: {FRAME_LENGTH}")
+    try:
+        frames = np.array(rows, dtype=np.float64)
+    except (TypeError, ValueError, OverflowError):
+        raise MotionFileError(path, "'Frames' holds something other than numbers") from None
+    if frames.ndim != 2:
+        raise MotionFileError(path, "'Frames' holds something other than numbers")
+    bad = np.flatnonzero(~np.isfinite(frames).all(axis=1))
+    if len(bad):
+        raise MotionFileError(path, f"frame {bad[0]} holds NaN or infinity")
+    for name, column, width in _columns():
+        if width == 4:
+            norm = np.linalg.norm(frames[:, column : column + 4], axis=1)
+            # published clips hold linearly blended quaternions down to 0.88; they are normalised
+            wrong = np.flatnonzero(np.abs(norm - 1) > 0.3)
+            if len(wrong):
+                raise MotionFileError(
+                    path, f"frame {wrong[0]}: the quaternion of {name!r} has length {norm[wrong[0]]:.3g}; valid: 1"
+                )
+    loop = content.get("Loop", "none")
+    if loop not in ("wrap", "none", True, False):
+        raise MotionFileError(path, f"'Loop' is {loop!r}; valid: 'wrap', 'none'")
+    return frames, loop in ("wrap", True), []
+
+
+def _columns() -> list[tuple[str, int, int]]:
+    out, column = [], 4
+    for name, _, _, width in _JOINTS:
+        out.append((name, column, width))
+        column += width
+    return out
+
+
+def _local_rotations(frames: NDArray[np.float64]) -> NDArray[np.float64]:
+    local = np.tile(np.eye(3), (len(frames), len(_JOINTS), 1, 1))
+    for joint, (_, column, width) in enumerate(_columns()):
+        if width == 4:
+            local[:, joint] = Rotation.from_quat(frames[:, column : column + 4], scalar_first=True).as_matrix()
+        elif width == 1:
+            local[:, joint] = axis_rotation("z", frames[:, column])
+    return local
+
+
+def _uniform(frames: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+    """Frames at a constant step: linear in positions and angles, spherical in rotations."""
+    times = np.concatenate([[0.0], np.cumsum(frames[:-1, 0])])
+    wanted = np.arange(int(np.floor(times[-1] / dt + 1e-6)) + 1) * dt
+    wanted = np.minimum(wanted, times[-1])
+    out = np.stack([np.interp(wanted, times, column) for column in frames.T], axis=1)
+    for _, column, width in _columns():
+        if width == 4:
+            slerp = Slerp(times, Rotation.from_quat(frames[:, column : column + 4], scalar_first=True))
+            out[:, column : column + 4] = slerp(wanted).as_quat(scalar_first=True)
+    out[:, 0] = dt
+    return out
+
+
+def _close_loop(frames: NDArray[np.float64], dt: float) -> tuple[NDArray[np.float64], float]:
+    """Ease both ends so that the last frame is the first one, displaced on the floor.
+
+    The clips' last pose is near the first, not equal to it; each end takes half of the gap, fading inwards.
+    The last root height is copied from the first in the clips, so it is extrapolated from the frames before instead.
+
+    Returns:
+        frames, and the largest gap in a joint [rad].
+    """
+    frames = frames.copy()
+    n = len(frames)
+    frames[-1, 2] = 2 * frames[-2, 2] - frames[-3, 2]
+    window = max(2, min(round(SEAM_S / dt), (n - 1) // 3))
+    u = np.clip(np.arange(n) / window, 0, 1)
+    fade = 1 - u * u * (3 - 2 * u)  # (n,) 1 at the first frame, 0 inside
+    weight = (fade - fade[::-1]) / 2  # +1/2 at the first frame, -1/2 at the last
+    frames[:, 2] += weight * (frames[-1, 2] - frames[0, 2])
+    largest = 0.0
+    for _, column, width in _columns():
+        values = frames[:, column : column + width]
+        if width == 1:
+            gap = values[-1] - values[0]
+            largest = max(largest, float(abs(gap[0])))
+            frames[:, column : column + 1] += weight[:, None] * gap
+        elif width == 4:
+            rotation = Rotation.from_quat(values, scalar_first=True)
+            gap_vector = (rotation[0].inv() * rotation[-1]).as_rotvec()
+            largest = max(largest, float(np.linalg.norm(gap_vector)))
+            turned = rotation * Rotation.from_rotvec(weight[:, None] * gap_vector)
+            frames[:, column : column + 4] = turned.as_quat(scalar_first=True)
+    return frames, largest

@@ -1,0 +1,94 @@
+"""What every file reader returns: the joints of a foreign skeleton in the world, frame by frame."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+MAX_VALUES = 40_000_000
+"""Frames times joints times 9 that a reader accepts: about 300 MB of working memory."""
+
+
+@dataclass(frozen=True)
+class SourceClip:
+    """A motion file as it is: file units, file axes, foreign joint names.
+
+    Attributes:
+        path: the file.
+        format: `BVH`, `Acclaim` or `DeepMimic`.
+        names: J joint names; end sites are called `<parent>_end`.
+        parents: (J,) index of each joint's parent, -1 for the root; a parent precedes its children.
+        positions: (T, J, 3) joint positions in the world [file unit].
+        rotations: (T, J, 3, 3) joint orientations in the world.
+        rest_positions: (J, 3) positions in the pose that the file's skeleton section describes [file unit].
+        rest_rotations: (J, 3, 3) orientations in that pose.
+        fps: frames per second [1/s].
+        unit_m: metres per file unit where the format or the file says so, else None.
+        up: vertical axis (`x`, `y` or `z`) where the format says so, else None.
+        step: (3,) displacement of the root over one cycle [file unit] of a cyclic clip, whose frame after the last is
+            the first one moved by it; None for a clip that does not repeat.
+        notes: what the reader had to decide, for the report.
+    """
+
+    path: Path
+    format: str
+    names: tuple[str, ...]
+    parents: NDArray[np.intp]
+    positions: NDArray[np.float64]
+    rotations: NDArray[np.float64]
+    rest_positions: NDArray[np.float64]
+    rest_rotations: NDArray[np.float64]
+    fps: float
+    unit_m: float | None = None
+    up: str | None = None
+    step: NDArray[np.float64] | None = None
+    notes: tuple[str, ...] = ()
+
+
+def forward(
+    parents: NDArray[np.intp], offsets: NDArray[np.float64], rotations: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """World positions and orientations of a joint tree, all frames at once.
+
+    Args:
+        parents: (J,) parent of each joint, -1 for the root; parents precede children.
+        offsets: (J, 3) or (T, J, 3) position of each joint in its parent's frame.
+        rotations: (T, J, 3, 3) orientation of each joint in its parent's frame.
+
+    Returns:
+        positions (T, J, 3) and orientations (T, J, 3, 3) in the world.
+    """
+    world = np.empty_like(rotations)
+    positions = np.empty(rotations.shape[:-1])
+    offsets = np.broadcast_to(offsets, positions.shape)
+    for joint, parent in enumerate(parents):
+        if parent < 0:
+            world[:, joint] = rotations[:, joint]
+            positions[:, joint] = offsets[:, joint]
+        else:
+            world[:, joint] = world[:, parent] @ rotations[:, joint]
+            positions[:, joint] = (
+                positions[:, parent] + (world[:, parent] @ offsets[:, joint, :, None])[..., 0]
+            )
+    return positions, world
+
+
+def axis_rotation(axis: str, angle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotation matrices about a coordinate axis.
+
+    Args:
+        axis: `x`, `y` or `z`.
+        angle: (...) [rad].
+
+    Returns:
+        (..., 3, 3).
+    """
+    i = "xyz".index(axis)
+    j, k = (i + 1) % 3, (i + 2) % 3
+    out = np.zeros((*angle.shape, 3, 3))
+    out[..., i, i] = 1.0
+    out[..., j, j] = out[..., k, k] = np.cos(angle)
+    out[..., k, j] = np.sin(angle)
+    out[..., j, k] = -out[..., k, j]
+    return out

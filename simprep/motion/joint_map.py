@@ -1,0 +1,249 @@
+"""From foreign joint names to the parts of our humanoid: automatic for common skeletons, overridable by the user.
+
+Recognised by name: CMU and Mixamo BVH, Character Creator (`CC_Base_`), 3ds Max Biped, Bandai-Namco, LaFAN1, SMPL,
+Xsens and Poser style BVH, DeepMimic, Acclaim; anything else whose names contain a side and an anatomical word.
+The trunk is found by topology: the joints on the way from the hips' common ancestor to the neck.
+"""
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.errors import MotionFileError, UnknownNameError
+from simprep.humanoid import SIDES
+
+LIMB_PARTS = ("thigh", "shank", "foot", "upper_arm", "forearm", "hand")
+OPTIONAL_PARTS = ("toe", "hand_tip")
+ROLES = (
+    "neck",
+    "head",
+    *(f"{side}_{part}" for side in SIDES for part in (*LIMB_PARTS, *OPTIONAL_PARTS)),
+)
+"""What a foreign joint can stand for: the proximal joint of that body; `toe` is the ball, `hand_tip` a knuckle."""
+
+# words of a name without its side, most telling first: the first that some joint carries wins
+_WORDS: dict[str, tuple[str, ...]] = {
+    "thigh": ("upleg", "upperleg", "thigh", "femur", "hip"),
+    "shank": ("lowerleg", "lowleg", "calf", "shin", "shank", "tibia", "knee", "leg"),
+    "foot": ("ankle", "foot"),
+    "toe": ("toebase", "toe", "toes", "ball", "foot"),
+    "upper_arm": ("upperarm", "uparm", "humerus", "arm", "shoulder"),
+    "forearm": ("forearm", "lowerarm", "lowarm", "radius", "elbow"),
+    "hand": ("hand", "wrist"),
+    "hand_tip": ("handindex", "index", "handmiddle", "mid", "middle", "fingers", "fingerbase", "finger"),
+}
+_TRUNK_WORDS: dict[str, tuple[str, ...]] = {
+    "neck": ("lowerneck", "neck", "necktwist"),
+    "head": ("head",),
+}
+_PREFIXES = re.compile(r"^(.*:|mixamorig\d*[:_]?|cc_base_|bip\d+[ _]?|rl_|def[-_]|character\d*_|m_avg_)", re.IGNORECASE)
+
+
+@dataclass(frozen=True)
+class JointMap:
+    """Which source joint stands for which part.
+
+    Attributes:
+        joints: role (see `ROLES`) to index of the source joint.
+        trunk: source joints from the hips' common ancestor up to the neck, both included.
+        unused: names of the source joints that drive nothing.
+    """
+
+    joints: Mapping[str, int]
+    trunk: tuple[int, ...]
+    unused: tuple[str, ...]
+
+
+def find_joints(
+    path: object,
+    names: tuple[str, ...],
+    parents: NDArray[np.intp],
+    override: Mapping[str, str] | None = None,
+) -> JointMap:
+    """Recognise the joints of a foreign skeleton.
+
+    Args:
+        path: the file, for messages.
+        names: J joint names.
+        parents: (J,) parent of each joint, -1 for the root.
+        override: role to source joint name, decided by the user; `none` leaves a role without a joint.
+
+    Returns:
+        The map.
+
+    Raises:
+        UnknownNameError: the override names no role of ours.
+        MotionFileError: the override names a joint that the file lacks, or a part the retargeting needs is missing.
+    """
+    roles: dict[str, int] = {}
+    parts = [_split(name) for name in names]
+    for role in ROLES:
+        side, _, part = role.partition("_")
+        if side in SIDES:
+            found = _first(parts, side, _WORDS[part])
+        else:
+            found = _first(parts, "", _TRUNK_WORDS[role])
+        if found is not None:
+            roles[role] = found
+    for side in SIDES:
+        _resolve_doubles(side, roles, names, parents)
+    if "neck" not in roles and "head" in roles and parents[roles["head"]] >= 0:
+        roles["neck"] = roles.pop("head")
+    index = {name: number for number, name in enumerate(names)}
+    for role, name in (override or {}).items():
+        if role not in ROLES:
+            raise UnknownNameError("part in the joint map", role, ROLES)
+        if name == "none":
+            roles.pop(role, None)
+        elif name in index:
+            roles[role] = index[name]
+        else:
+            shown = ", ".join(names[:40]) + (", ..." if len(names) > 40 else "")
+            raise MotionFileError(path, f"the joint map names {name!r} for {role!r}; joints of the file: {shown}")
+    needed = [f"{side}_{part}" for side in SIDES for part in LIMB_PARTS] + ["neck"]
+    missing = [role for role in needed if role not in roles]
+    if missing:
+        shown = ", ".join(names[:30]) + (", ..." if len(names) > 30 else "")
+        raise MotionFileError(
+            path,
+            f"no joint found for {', '.join(missing)}; joints of the file: {shown}. "
+            "A joint map (--joint-map FILE with {\"part\": \"joint name\"}) can name them",
+        )
+    taken: dict[int, str] = {}
+    for role in needed:
+        if roles[role] in taken:
+            raise MotionFileError(path, f"joint {names[roles[role]]!r} stands for {taken[roles[role]]} and for {role}")
+        taken[roles[role]] = role
+    trunk = _trunk(path, roles, names, parents)
+    used = set(roles.values()) | set(trunk)
+    for joint in list(used):
+        used.update(_ancestors(joint, parents))
+    unused = tuple(name for number, name in enumerate(names) if number not in used)
+    return JointMap(roles, trunk, unused)
+
+
+def read_joint_map(path: str | Path) -> dict[str, str]:
+    """Read a user's joint map: a JSON object of our part names to the file's joint names.
+
+    Args:
+        path: the JSON file.
+
+    Raises:
+        MotionFileError: missing, or not an object of strings.
+    """
+    try:
+        content = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise MotionFileError(path, f"cannot be read ({error.strerror})") from None
+    except (ValueError, RecursionError) as error:
+        raise MotionFileError(path, f"not valid JSON ({error})") from None
+    if not isinstance(content, dict) or not all(isinstance(value, str) for value in content.values()):
+        raise MotionFileError(path, f"not an object of strings; valid keys: {', '.join(ROLES)}")
+    return content
+
+
+def _split(name: str) -> tuple[str, str]:
+    """Side (`left`, `right` or empty) and the rest of a joint name, lower case letters only.
+
+    Helper joints (twist, roll, share, ...) come back without side and word.
+    """
+    if name.endswith("_end"):
+        return "", ""
+    bare = name
+    while (match := _PREFIXES.match(bare)) and match.end() < len(bare):
+        bare = bare[match.end() :]
+    spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", bare)
+    spaced = re.sub(r"([A-Z])([A-Z][a-z])", r"\1 \2", spaced)
+    tokens = [token for token in re.split(r"[^a-zA-Z]+", spaced.lower()) if token]
+    side = ""
+    rest = []
+    for token in tokens:
+        if token in ("left", "l") and not side:
+            side = "left"
+        elif token in ("right", "r") and not side:
+            side = "right"
+        elif token.startswith(("left", "right")) and not side:
+            side = "left" if token.startswith("left") else "right"
+            rest.append(token[len(side) :])
+        else:
+            rest.append(token)
+    word = "".join(rest)
+    helpers = ("twist", "share", "roll", "pinky", "ring", "thumb", "nub", "breast", "ribs", "eye", "jaw")
+    if any(helper in word for helper in helpers) and word != "necktwist":
+        return "", ""
+    known = {text for words in _WORDS.values() for text in words}
+    if not side and word[:1] in ("l", "r") and word[1:] in known and word not in known:
+        side, word = ("left" if word[0] == "l" else "right"), word[1:]
+    return side, word
+
+
+def _first(parts: list[tuple[str, str]], side: str, words: tuple[str, ...]) -> int | None:
+    for word in words:
+        for number, part in enumerate(parts):
+            if part == (side, word):
+                return number
+    return None
+
+
+def _resolve_doubles(
+    side: str, roles: dict[str, int], names: tuple[str, ...], parents: NDArray[np.intp]
+) -> None:
+    """Where one word can mean two things, let the chain decide."""
+    toe, foot = roles.get(f"{side}_toe"), roles.get(f"{side}_foot")
+    # 'foot' is the ankle in most skeletons and the ball in SMPL, which also has an ankle
+    if toe is not None and (foot is None or toe == foot or foot not in _ancestors(toe, parents)):
+        del roles[f"{side}_toe"]
+        toe = None
+    if toe is None and foot is not None:
+        # an unnamed continuation of the foot, such as an end site, shows where it points
+        child = _continuation(foot, parents)
+        if child is not None:
+            roles[f"{side}_toe"] = child
+    hand, tip = roles.get(f"{side}_hand"), roles.get(f"{side}_hand_tip")
+    if tip is not None and (hand is None or hand not in _ancestors(tip, parents)):
+        del roles[f"{side}_hand_tip"]
+        tip = None
+    if tip is None and hand is not None:
+        child = _continuation(hand, parents)
+        if child is not None:
+            roles[f"{side}_hand_tip"] = child
+    forearm = roles.get(f"{side}_forearm")
+    if hand is None and forearm is not None:
+        child = _continuation(forearm, parents)
+        if child is not None:
+            roles[f"{side}_hand"] = child
+
+
+def _continuation(joint: int, parents: NDArray[np.intp]) -> int | None:
+    children = np.flatnonzero(parents == joint)
+    return int(children[0]) if len(children) == 1 else None
+
+
+def _ancestors(joint: int, parents: NDArray[np.intp]) -> list[int]:
+    out = []
+    while parents[joint] >= 0:
+        joint = int(parents[joint])
+        out.append(joint)
+    return out
+
+
+def _trunk(
+    path: object, roles: dict[str, int], names: tuple[str, ...], parents: NDArray[np.intp]
+) -> tuple[int, ...]:
+    left = [roles["left_thigh"], *_ancestors(roles["left_thigh"], parents)]
+    right = [roles["right_thigh"], *_ancestors(roles["right_thigh"], parents)]
+    up = [roles["neck"], *_ancestors(roles["neck"], parents)]
+    common = [joint for joint in left if joint in right and joint in up]
+    if not common:
+        raise MotionFileError(
+            path,
+            f"{names[roles['left_thigh']]!r}, {names[roles['right_thigh']]!r} and {names[roles['neck']]!r} "
+            "have no common ancestor: not one skeleton",
+        )
+    chain = up[: up.index(common[0]) + 1][::-1]
+    return tuple(chain)

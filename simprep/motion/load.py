@@ -1,0 +1,162 @@
+"""Loading a motion from any file: our own .npz, BVH, Acclaim, DeepMimic."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from simprep.errors import MotionFileError
+from simprep.humanoid import DEFAULT_BODY, Body
+from simprep.motion.formats.skeleton import SourceClip
+from simprep.motion.motion import Motion
+
+READABLE = ".npz, .bvh, .amc (with its .asf), .txt or .json (DeepMimic)"
+MAX_FILE_BYTES = 400_000_000
+
+
+@dataclass(frozen=True)
+class ImportReport:
+    """What an import did.
+
+    Attributes:
+        frames: frames of the motion.
+        fps: its frame rate [1/s].
+        duration_s: its length [s].
+        residual_mm: mean distance between our joints and the source's, after the source's bones have been given our
+            lengths, root aligned [mm].
+        up: the file's vertical axis.
+        scale: metres per file unit.
+        warnings: everything that was decided, adapted or left out.
+    """
+
+    frames: int
+    fps: float
+    duration_s: float
+    residual_mm: float
+    up: str
+    scale: float
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class ImportResult:
+    """A motion and how it came about.
+
+    Attributes:
+        motion: the motion, ready for use.
+        report: decisions and residual.
+    """
+
+    motion: Motion
+    report: ImportReport
+
+
+def load_motion(
+    path: str | Path,
+    fps: float | None = None,
+    up: str | None = None,
+    scale: float | None = None,
+    joint_map: Mapping[str, str] | str | Path | None = None,
+    body: Body = DEFAULT_BODY,
+) -> Motion:
+    """Load a motion file onto our humanoid.
+
+    Args:
+        path: .npz written by simprep, .bvh, .amc with its .asf beside it, or a DeepMimic .txt/.json clip.
+        fps: output frame rate [1/s]; None: the file's, at most 60.
+        up: the file's vertical axis, `x`, `y` or `z`; None to find it.
+        scale: metres per file unit; None to find it.
+        joint_map: our parts to the file's joint names, or a JSON file with that; for foreign names.
+        body: the humanoid to move (an .npz keeps its own).
+
+    Returns:
+        The motion, retargeted, its feet on the floor z = 0.
+
+    Raises:
+        SimprepError: the file or a setting cannot be used; the message says why and what is valid.
+    """
+    return import_motion(path, fps, up, scale, joint_map, body).motion
+
+
+def import_motion(
+    path: str | Path,
+    fps: float | None = None,
+    up: str | None = None,
+    scale: float | None = None,
+    joint_map: Mapping[str, str] | str | Path | None = None,
+    body: Body = DEFAULT_BODY,
+) -> ImportResult:
+    """Load a motion file and report how; arguments and errors as for `load_motion`."""
+    path = Path(path)
+    if path.is_dir():
+        raise MotionFileError(path, f"a directory; valid: {READABLE}")
+    if not path.is_file():
+        raise MotionFileError(path, "no such file")
+    if path.stat().st_size > MAX_FILE_BYTES:
+        raise MotionFileError(path, f"larger than {MAX_FILE_BYTES // 10**6} MB")
+    if path.suffix.lower() == ".npz":
+        return _own(path, fps)
+    clip = read_source(path)
+
+    from simprep.motion.ground import place_on_floor
+    from simprep.motion.joint_map import find_joints, read_joint_map
+    from simprep.motion.normalise import normalise
+    from simprep.motion.targets import build_targets
+
+    if isinstance(joint_map, str | Path):
+        joint_map = read_joint_map(joint_map)
+    joints = find_joints(path, clip.names, clip.parents, joint_map)
+    source = normalise(clip, joints, fps, up, scale)
+    targets = build_targets(source, joints, body)
+    placed = place_on_floor(targets, body)
+    motion = Motion(
+        qpos=placed.qpos,
+        fps=source.clip.fps,
+        contacts=placed.contacts,
+        name=path.stem,
+        source=f"{clip.format} file {path.name}",
+        loop=targets.step is not None,
+        body=body,
+    )
+    warnings = [*source.warnings, *targets.warnings, *placed.warnings]
+    if joints.unused:
+        shown = ", ".join(joints.unused[:12]) + (", ..." if len(joints.unused) > 12 else "")
+        warnings.append(f"{len(joints.unused)} of {len(clip.names)} joints drive nothing: {shown}")
+    report = ImportReport(
+        len(motion), motion.fps, motion.duration, placed.residual_mm, source.up, source.scale, tuple(warnings)
+    )
+    return ImportResult(motion, report)
+
+
+def read_source(path: Path) -> SourceClip:
+    """Read a foreign motion file by its extension.
+
+    Raises:
+        MotionFileError: unknown extension, or the file is malformed.
+    """
+    suffix = path.suffix.lower()
+    if suffix in (".txt", ".json"):
+        from simprep.motion.formats.deepmimic import read_deepmimic
+
+        return read_deepmimic(path)
+    if suffix == ".bvh":
+        from simprep.motion.formats.bvh import read_bvh
+
+        return read_bvh(path)
+    if suffix == ".amc":
+        from simprep.motion.formats.acclaim import read_acclaim
+
+        return read_acclaim(path)
+    if suffix == ".asf":
+        raise MotionFileError(path, "an Acclaim skeleton without motion; valid: its .amc file")
+    raise MotionFileError(path, f"unknown extension {suffix!r}; valid: {READABLE}")
+
+
+def _own(path: Path, fps: float | None) -> ImportResult:
+    from simprep.motion.edit import resample
+    from simprep.motion.store import read_motion
+
+    motion = read_motion(path)
+    if fps is not None:
+        motion = resample(motion, fps)
+    report = ImportReport(len(motion), motion.fps, motion.duration, 0.0, "z", 1.0, ())
+    return ImportResult(motion, report)

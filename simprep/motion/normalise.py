@@ -1,0 +1,250 @@
+"""From file units, axes and rates to metres, z up and a working frame rate; every decision is reported.
+
+Nothing is guessed silently: the vertical axis comes from the format, or from how the skeleton stands; the length unit
+from the file, or from the leg length, which fits at most one common unit; an inserted rest pose is recognised by the
+jump after it.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation, Slerp
+
+from simprep.errors import MotionFileError, SettingError
+from simprep.humanoid import SIDES
+from simprep.motion.formats.skeleton import SourceClip
+from simprep.motion.joint_map import JointMap
+from simprep.motion.motion import MAX_FPS, MIN_FPS
+
+WORKING_FPS = 60.0
+"""Highest output rate unless another is asked for [1/s]."""
+ACCLAIM_UNIT_M = 0.0254 / 0.45
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "CMU (0.45 inch)": ACCLAIM_UNIT_M, "foot": 0.3048}
+"""Metres per unit of lengths found in motion files."""
+LEG_RANGE_M = (0.55, 1.1)
+"""Thigh plus shank of people: 0.55 m (a child of 1.2 m) to 1.1 m (2.2 m)."""
+UP_ROTATIONS = {
+    "z": np.eye(3),
+    # y up, facing z (the usual in BVH): z becomes x, x becomes y
+    "y": np.array([[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+    "x": np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]),
+}
+
+
+@dataclass(frozen=True)
+class Normalised:
+    """A source clip in metres and z up, with what was decided.
+
+    Attributes:
+        clip: the clip in SI units.
+        reference: positions (J, 3) and orientations (J, 3, 3) of a standing pose of the file with straight arms, or
+            None where the file has none.
+        up: the file's vertical axis.
+        scale: metres per file unit.
+        warnings: decisions the user should know of.
+    """
+
+    clip: SourceClip
+    reference: tuple[NDArray[np.float64], NDArray[np.float64]] | None
+    up: str
+    scale: float
+    warnings: tuple[str, ...]
+
+
+def normalise(
+    clip: SourceClip,
+    joints: JointMap,
+    fps: float | None = None,
+    up: str | None = None,
+    scale: float | None = None,
+) -> Normalised:
+    """Bring a clip to SI units, z up, and at most `WORKING_FPS`.
+
+    Args:
+        clip: the clip as read.
+        joints: its joint map.
+        fps: output frame rate [1/s]; None: the file's, at most `WORKING_FPS`.
+        up: vertical axis `x`, `y` or `z`; None to find it.
+        scale: metres per file unit; None to find it.
+
+    Raises:
+        SettingError: an override outside its range.
+        MotionFileError: no plausible unit or vertical axis.
+    """
+    if up is not None and up not in UP_ROTATIONS:
+        raise SettingError(f"up axis {up!r}; valid: {', '.join(UP_ROTATIONS)}")
+    if scale is not None and not (np.isfinite(scale) and 1e-6 <= scale <= 1e3):
+        raise SettingError(f"scale {scale} m per unit; valid: 1e-06 to 1000")
+    if fps is not None and not (np.isfinite(fps) and MIN_FPS <= fps <= MAX_FPS):
+        raise SettingError(f"frame rate {fps} 1/s; valid: {MIN_FPS:g} to {MAX_FPS:g}")
+    warnings = list(clip.notes)
+    clip, inserted = _drop_inserted_pose(clip, joints, warnings)
+    scale = _length_unit(clip, joints, scale, warnings)
+    up = _vertical(clip, joints, inserted, up, warnings)
+    turn = UP_ROTATIONS[up]
+    if clip.format == "DeepMimic" and up == "y":  # faces x, z to the right
+        turn = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, -1.0], [0.0, 1.0, 0.0]])
+    candidates = [(clip.rest_positions, clip.rest_rotations)]
+    if inserted is not None:
+        candidates.insert(0, inserted)
+    reference = None
+    for positions, rotations in candidates:
+        turned = (positions @ turn.T * scale, turn @ rotations)
+        if _stands(turned[0], joints):
+            reference = turned
+            break
+    clip = replace(
+        clip,
+        positions=clip.positions @ turn.T * scale,
+        rotations=turn @ clip.rotations,
+        rest_positions=clip.rest_positions @ turn.T * scale,
+        rest_rotations=turn @ clip.rest_rotations,
+        step=None if clip.step is None else turn @ clip.step * scale,
+    )
+    wanted = fps
+    if wanted is None and clip.fps > WORKING_FPS * 1.001:
+        # an integer fraction of the file's rate keeps original frames
+        wanted = clip.fps / np.ceil(clip.fps / WORKING_FPS - 1e-3)
+        warnings.append(f"frame rate reduced from {clip.fps:g} to {wanted:g} 1/s (--fps chooses another)")
+    if wanted is not None and abs(wanted - clip.fps) > 1e-9:
+        clip = _resample(clip, wanted)
+    return Normalised(clip, reference, up, scale, tuple(warnings))
+
+
+def _leg_length(positions: NDArray[np.float64], joints: JointMap) -> float:
+    lengths = []
+    for side in SIDES:
+        thigh, shank, foot = (joints.joints[f"{side}_{part}"] for part in ("thigh", "shank", "foot"))
+        for a, b in ((thigh, shank), (shank, foot)):
+            lengths.append(float(np.median(np.linalg.norm(positions[:, a] - positions[:, b], axis=-1))))
+    return sum(lengths) / 2
+
+
+def _length_unit(clip: SourceClip, joints: JointMap, scale: float | None, warnings: list[str]) -> float:
+    leg = _leg_length(clip.positions, joints)
+    if not leg > 1e-9:
+        raise MotionFileError(clip.path, "the legs have no length: thigh, shank and foot joints coincide")
+    low, high = LEG_RANGE_M
+    if scale is not None or clip.unit_m is not None:
+        given = scale if scale is not None else clip.unit_m
+        assert given is not None
+        if not 0.5 * low <= leg * given <= 2 * high:
+            raise MotionFileError(
+                clip.path,
+                f"with {given:g} m per unit the leg is {leg * given:.3g} m long; valid: {0.5 * low:g} to {2 * high:g} m. "
+                "Another length unit can be given with --scale",
+            )
+        if not low <= leg * given <= high:
+            warnings.append(f"leg of {leg * given:.2f} m with {given:g} m per unit: an unusual person, or another unit")
+        return given
+    fits = {name: unit for name, unit in UNITS.items() if low <= leg * unit <= high}
+    if not fits:
+        raise MotionFileError(
+            clip.path,
+            f"the leg (thigh plus shank) is {leg:.4g} file units long, which fits a person in none of "
+            f"{', '.join(UNITS)}; give the metres per unit with --scale",
+        )
+    name, unit = min(fits.items(), key=lambda item: abs(leg * item[1] - 0.85))
+    warnings.append(f"length unit not stated: {name} ({unit:.6g} m), as the leg is then {leg * unit:.2f} m long")
+    return unit
+
+
+def _vertical(
+    clip: SourceClip,
+    joints: JointMap,
+    inserted: tuple[NDArray[np.float64], NDArray[np.float64]] | None,
+    up: str | None,
+    warnings: list[str],
+) -> str:
+    if up is not None:
+        return up
+    if clip.up is not None:
+        return clip.up
+    legs = _leg_length(clip.positions, joints)
+    # standing, the neck is more than a leg length above the ankles along the vertical; lying or crawling it is not
+    for what, positions in (
+        ("the motion", clip.positions),
+        ("the inserted rest pose", None if inserted is None else inserted[0][None]),
+        ("the rest pose", clip.rest_positions[None]),
+    ):
+        if positions is None:
+            continue
+        ankles = (positions[:, joints.joints["left_foot"]] + positions[:, joints.joints["right_foot"]]) / 2
+        rise = np.median(positions[:, joints.joints["neck"]] - ankles, axis=0) / legs
+        axis = int(np.argmax(rise))
+        others = np.delete(np.abs(rise), axis)
+        if rise[axis] > 0.9 and rise[axis] > 1.5 * others.max():
+            name = "xyz"[axis]
+            warnings.append(f"vertical axis not stated: {name}, along which the person stands in {what}")
+            return name
+    raise MotionFileError(
+        clip.path, "the vertical axis cannot be told: nobody stands upright in it; give it with --up x, y or z"
+    )
+
+
+def _drop_inserted_pose(
+    clip: SourceClip, joints: JointMap, warnings: list[str]
+) -> tuple[SourceClip, tuple[NDArray[np.float64], NDArray[np.float64]] | None]:
+    """A first frame from which the motion jumps is a rest pose that some exporters put in front."""
+    if len(clip.positions) < 8:
+        return clip, None
+    used = sorted(joints.joints.values())
+    relative = clip.positions[:60, used] - clip.positions[:60, joints.trunk[0]][:, None]
+    jumps = np.linalg.norm(np.diff(relative, axis=0), axis=-1).mean(axis=-1)
+    leg = _leg_length(clip.positions, joints)
+    if jumps[0] < 10 * np.median(jumps[1:]) or jumps[0] < 3 * jumps[1:].max() or jumps[0] < 0.05 * leg:
+        return clip, None
+    warnings.append(
+        f"frame 0 left out: an inserted rest pose (the joints jump {jumps[0] / np.median(jumps[1:]):.0f} times "
+        "farther after it than between other frames)"
+    )
+    reference = clip.positions[0], clip.rotations[0]
+    return replace(clip, positions=clip.positions[1:], rotations=clip.rotations[1:]), reference
+
+
+def _stands(positions: NDArray[np.float64], joints: JointMap) -> bool:
+    """Whether a pose is a symmetric upright stand with straight arms, fit to calibrate orientations."""
+    at = {role: positions[index] for role, index in joints.joints.items()}
+    hips = (at["left_thigh"] + at["right_thigh"]) / 2
+    for side in SIDES:
+        leg = at[f"{side}_foot"] - at[f"{side}_thigh"]
+        upper = at[f"{side}_forearm"] - at[f"{side}_upper_arm"]
+        fore = at[f"{side}_hand"] - at[f"{side}_forearm"]
+        if -leg[2] < 0.85 * np.linalg.norm(leg):
+            return False
+        if upper @ fore < 0.9 * np.linalg.norm(upper) * np.linalg.norm(fore):
+            return False
+    spine = at["neck"] - hips
+    return bool(spine[2] > 0.9 * np.linalg.norm(spine))
+
+
+def _resample(clip: SourceClip, fps: float) -> SourceClip:
+    """Another frame rate: linear positions, spherical orientations; exact where the new frames fall on old ones."""
+    n = len(clip.positions)
+    ratio = clip.fps / fps
+    stride = round(ratio)
+    if stride >= 1 and abs(ratio - stride) < 1e-6 and (clip.step is None or n % stride == 0):
+        return replace(clip, positions=clip.positions[::stride], rotations=clip.rotations[::stride], fps=fps)
+    if clip.step is None:
+        frames = int(np.floor((n - 1) / ratio + 1e-9)) + 1
+        positions, rotations = clip.positions, clip.rotations
+    else:  # a cycle keeps its period
+        frames = max(2, round(n / ratio))
+        ratio = n / frames
+        fps = clip.fps / ratio
+        positions = np.concatenate([clip.positions, clip.positions[:1] + clip.step])
+        rotations = np.concatenate([clip.rotations, clip.rotations[:1]])
+    at = np.arange(frames) * ratio
+    low = np.minimum(at.astype(int), len(positions) - 2) if len(positions) > 1 else np.zeros(frames, dtype=int)
+    weight = (at - low)[:, None, None]
+    high = np.minimum(low + 1, len(positions) - 1)
+    new_positions = (1 - weight) * positions[low] + weight * positions[high]
+    new_rotations = np.empty((frames, *rotations.shape[1:]))
+    for joint in range(rotations.shape[1]):
+        if len(positions) == 1:
+            new_rotations[:, joint] = rotations[low, joint]
+        else:
+            slerp = Slerp(np.arange(len(positions)), Rotation.from_matrix(rotations[:, joint]))
+            new_rotations[:, joint] = slerp(np.minimum(at, len(positions) - 1)).as_matrix()
+    return replace(clip, positions=new_positions, rotations=new_rotations, fps=fps)

@@ -1,0 +1,242 @@
+"""Inverse kinematics of whole clips with `mink`: our joints to their targets, within their limits, over the floor."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import mink
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from simprep.errors import MotionError
+from simprep.humanoid import BODIES, HINGES, N_QVEL, Body, humanoid_model
+from simprep.motion.targets import ORIENTED, Targets, frame_from
+
+
+@dataclass(frozen=True)
+class RetargetSettings:
+    """Weights and effort of the inverse kinematics.
+
+    Attributes:
+        position_cost: weight of a joint position [1/m].
+        trunk_cost: the same for the spine, neck and head, which other skeletons divide differently.
+        head_cost: weight of the head's orientation [1/rad].
+        hand_cost: weight of a hand's orientation [1/rad].
+        foot_cost: weight of a foot's orientation [1/rad].
+        stance_cost: factor on position and orientation of a foot that stands.
+        posture_cost: pull of every hinge to 0 [1/rad], for what nothing else decides (twist of a straight limb).
+        damping_cost: pull of every hinge to its value in the frame before [1/rad].
+        iterations: steps per frame, from the frame before.
+        first_iterations: steps of the first frame, from the upright pose.
+    """
+
+    position_cost: float = 1.0
+    trunk_cost: float = 0.5
+    head_cost: float = 0.15
+    hand_cost: float = 0.03
+    foot_cost: float = 0.15
+    stance_cost: float = 6.0
+    posture_cost: float = 0.004
+    damping_cost: float = 0.01
+    iterations: int = 2
+    first_iterations: int = 60
+
+
+class BodyTask(mink.Task):  # type: ignore[misc]
+    """Positions of the 17 bodies and orientations of some, as one task (one stacked Jacobian is several times faster)."""
+
+    def __init__(self, model: Any, settings: RetargetSettings, oriented: NDArray[np.bool_]) -> None:
+        self.settings = settings
+        cost = np.full((len(BODIES), 3), settings.position_cost)
+        cost[1:5] = settings.trunk_cost
+        turn = np.repeat(
+            np.array([settings.head_cost, *[settings.hand_cost] * 2, *[settings.foot_cost] * 2]) * oriented, 3
+        )
+        self.base_cost = np.concatenate([cost.ravel(), turn])
+        super().__init__(cost=self.base_cost.copy(), gain=1.0, lm_damping=0.0)
+        self.bodies = np.arange(1, 1 + len(BODIES))
+        self.turned = 1 + np.array(ORIENTED)
+        self.positions = np.zeros((len(BODIES), 3))
+        self.orientations = np.tile(np.eye(3), (len(ORIENTED), 1, 1))
+        self.jacobian = np.zeros((len(self.base_cost), model.nv))
+        self._rotational = np.zeros((3, model.nv))
+
+    def set_target(
+        self, positions: NDArray[np.float64], orientations: NDArray[np.float64], standing: NDArray[np.bool_]
+    ) -> None:
+        """Targets of one frame (17, 3), (5, 3, 3) and which feet stand (2,)."""
+        self.positions, self.orientations = positions, orientations
+        cost = self.base_cost.copy()
+        for number in range(2):
+            if standing[number]:
+                foot = ORIENTED[3 + number]
+                cost[3 * foot : 3 * foot + 3] *= self.settings.stance_cost
+                turn = 3 * len(BODIES) + 3 * (3 + number)
+                cost[turn : turn + 3] *= self.settings.stance_cost
+        self.cost = cost
+
+    def compute_error(self, configuration: Any) -> NDArray[np.float64]:
+        """Current minus target, positions then rotation vectors."""
+        data = configuration.data
+        current = data.xmat[self.turned].reshape(-1, 3, 3)
+        turn = Rotation.from_matrix(current @ np.swapaxes(self.orientations, -1, -2)).as_rotvec()
+        return np.concatenate([(data.xpos[self.bodies] - self.positions).ravel(), turn.ravel()])
+
+    def compute_jacobian(self, configuration: Any) -> NDArray[np.float64]:
+        """Derivative of the error; of the rotation vector to first order, which is exact at the target."""
+        model, data = configuration.model, configuration.data
+        jacobian, rows = self.jacobian, 3 * len(BODIES)
+        for number in range(len(BODIES)):
+            mujoco.mj_jacBody(model, data, jacobian[3 * number : 3 * number + 3], None, number + 1)
+        for number, body in enumerate(self.turned):
+            mujoco.mj_jacBody(model, data, None, jacobian[rows + 3 * number : rows + 3 * number + 3], int(body))
+        return jacobian
+
+
+class FloorLimit(mink.Limit):  # type: ignore[misc]
+    """No colliding point of the body below the floor: J_z dq >= -height for every point near it."""
+
+    def __init__(self, model: Any, near: float = 0.06) -> None:
+        geoms = [g for g in range(model.ngeom) if model.geom_contype[g] and model.geom_type[g] in (2, 3)]
+        ends, owner, body, radius = [], [], [], []
+        for geom in geoms:
+            capsule = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE
+            for side in (1.0, -1.0) if capsule else (0.0,):
+                ends.append([0.0, 0.0, side * model.geom_size[geom, 1]])
+                owner.append(geom)
+                body.append(model.geom_bodyid[geom])
+                radius.append(model.geom_size[geom, 0])
+        self.ends, self.owner = np.array(ends), np.array(owner)
+        self.body, self.radius, self.near = np.array(body), np.array(radius), near
+        self._jacobian = np.zeros((3, model.nv))
+
+    def points(self, data: Any) -> NDArray[np.float64]:
+        """(N, 3) centres of the spheres at the ends of every colliding geom."""
+        matrix = data.geom_xmat[self.owner].reshape(-1, 3, 3)
+        return np.asarray(data.geom_xpos[self.owner] + (matrix @ self.ends[:, :, None])[:, :, 0])
+
+    def compute_qp_inequalities(self, configuration: Any, dt: float) -> Any:
+        """Rows of G dq <= h for the points nearer than `near` to the floor."""
+        points = self.points(configuration.data)
+        height = points[:, 2] - self.radius
+        close = np.flatnonzero(height < self.near)
+        if not len(close):
+            return mink.Constraint()
+        rows = np.empty((len(close), configuration.model.nv))
+        for row, number in enumerate(close):
+            mujoco.mj_jac(
+                configuration.model, configuration.data, self._jacobian, None, points[number], int(self.body[number])
+            )
+            rows[row] = -self._jacobian[2]
+        return mink.Constraint(rows, height[close])
+
+
+def initial_pose(targets: Targets, body: Body) -> NDArray[np.float64]:
+    """Upright pose at the first frame's pelvis, turned as its hips and trunk.
+
+    Returns:
+        (44,) qpos.
+    """
+    qpos = np.array(humanoid_model(body).qpos0)
+    first = targets.positions[0]
+    hips = first[BODIES.index("left_thigh")] - first[BODIES.index("right_thigh")]
+    frame = frame_from(hips, first[BODIES.index("thorax")] - first[0])
+    qpos[:3] = first[0]
+    qpos[3:7] = Rotation.from_matrix(frame).as_quat(scalar_first=True)
+    return qpos
+
+
+def solve(
+    targets: Targets,
+    standing: NDArray[np.bool_],
+    body: Body,
+    settings: RetargetSettings | None = None,
+    floor: bool = True,
+) -> NDArray[np.float64]:
+    """Poses that follow the targets, every frame from the one before.
+
+    Args:
+        targets: where the joints should be.
+        standing: (T, 2) whether each foot's target is a foothold to be met closely.
+        body: the humanoid.
+        settings: weights and effort.
+        floor: keep the body over the floor z = 0.
+
+    Returns:
+        (T, 44) qpos.
+
+    Raises:
+        MotionError: no solution (targets that are not finite).
+    """
+    settings = settings or RetargetSettings()
+    model = humanoid_model(body)
+    configuration = mink.Configuration(model, initial_pose(targets, body))
+    task = BodyTask(model, settings, targets.oriented)
+    posture_cost = np.full(N_QVEL, settings.posture_cost)
+    posture_cost[:6] = 0.0
+    posture = mink.PostureTask(model, cost=posture_cost)
+    posture.set_target(np.array(model.qpos0))
+    hinge_cost = np.full(N_QVEL, settings.damping_cost)
+    hinge_cost[:6] = 0.0
+    damping = mink.DampingTask(model, cost=hinge_cost)
+    limits = [mink.ConfigurationLimit(model)]
+    if floor:
+        limits.append(FloorLimit(model))
+    tasks = [task, posture, damping]
+    out = np.empty((len(targets.positions), model.nq))
+    for frame in range(len(out)):
+        task.set_target(targets.positions[frame], targets.orientations[frame], standing[frame])
+        for _ in range(settings.iterations if frame else settings.first_iterations):
+            _step(configuration, tasks, limits)
+        out[frame] = configuration.q
+    return out
+
+
+def _step(configuration: Any, tasks: list[Any], limits: list[Any]) -> None:
+    problem = mink.build_ik(configuration, tasks, 1.0, damping=1e-9, limits=limits)
+    change = _solve(problem)
+    if change is None and len(limits) > 1:  # far below the floor: first back to where the linearisation holds
+        change = _solve(mink.build_ik(configuration, tasks, 1.0, damping=1e-9, limits=limits[:1]))
+    if change is None:
+        raise MotionError("inverse kinematics found no solution for a frame")
+    # a full step from afar would leave the range of the linearisation
+    largest = np.abs(change[3:]).max()
+    if largest > 0.5:
+        change = change * (0.5 / largest)
+    configuration.integrate_inplace(change, 1.0)
+
+
+def _solve(problem: Any) -> NDArray[np.float64] | None:
+    import daqp
+
+    n = len(problem.q)
+    upper = np.ascontiguousarray(problem.h)
+    lower = np.full(len(upper), -1e30)
+    sense = np.zeros(len(upper), dtype=np.int32)
+    x, _, status, _ = daqp.solve(
+        np.ascontiguousarray(problem.P), np.ascontiguousarray(problem.q), np.ascontiguousarray(problem.G), upper, lower, sense
+    )
+    x = np.asarray(x)
+    return x if status > 0 and x.shape == (n,) and np.isfinite(x).all() else None
+
+
+def residual_mm(qpos: NDArray[np.float64], targets: Targets, body: Body) -> float:
+    """Mean distance between our joints and the targets, root aligned [mm].
+
+    Captures what limits and missing degrees of freedom cost; hides errors of orientation and of the root's place.
+
+    Args:
+        qpos: (T, 44) poses.
+        targets: of the same T frames.
+        body: the humanoid.
+    """
+    from simprep.motion.kinematics import forward_kinematics
+
+    ours = forward_kinematics(qpos, body).xpos
+    ours = ours - ours[:, :1]
+    wanted = targets.positions - targets.positions[:, :1]
+    return float(np.linalg.norm(ours - wanted, axis=-1)[:, 1:].mean() * 1000)
+
+
+assert len(HINGES) + 6 == N_QVEL

@@ -1,0 +1,243 @@
+"""Where the joints of our body should be: the source's bone directions with our bone lengths, root aligned.
+
+The residual of an import is measured against these targets, so they must not depend on what our joints can do.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from simprep.humanoid import BODIES, SIDES, Body, humanoid_model
+from simprep.motion.joint_map import JointMap
+from simprep.motion.normalise import Normalised
+
+HEAD, LEFT_HAND, RIGHT_HAND, LEFT_FOOT, RIGHT_FOOT = (
+    BODIES.index(name) for name in ("head", "left_hand", "right_hand", "left_foot", "right_foot")
+)
+ORIENTED = (HEAD, LEFT_HAND, RIGHT_HAND, LEFT_FOOT, RIGHT_FOOT)
+"""Bodies whose orientation the joint positions leave open."""
+
+STILL_SPEED = 0.25
+"""An ankle slower than this, and low, stands on a flat foot [m/s]."""
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Targets of the retargeting, in the world, z up.
+
+    Attributes:
+        positions: (T, 17, 3) targets of the 17 body origins [m].
+        orientations: (T, 5, 3, 3) targets of the bodies in `ORIENTED`.
+        oriented: (5,) which of these the source tells.
+        fps: frames per second [1/s].
+        step: (3,) displacement over one cycle [m], or None.
+        warnings: what could not be told.
+    """
+
+    positions: NDArray[np.float64]
+    orientations: NDArray[np.float64]
+    oriented: NDArray[np.bool_]
+    fps: float
+    step: NDArray[np.float64] | None
+    warnings: tuple[str, ...] = ()
+
+
+def unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Vectors (..., 3) divided by their lengths; zero vectors stay zero."""
+    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
+
+
+def frame_from(left: NDArray[np.float64], up: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Orientations whose y axis is along `left` and whose z axis is as near to `up` as that allows.
+
+    Args:
+        left: (..., 3).
+        up: (..., 3).
+
+    Returns:
+        (..., 3, 3), columns x, y, z.
+    """
+    y = unit(left)
+    x = unit(np.cross(y, up))
+    return np.stack([x, y, np.cross(x, y)], axis=-1)
+
+
+def build_targets(source: Normalised, joints: JointMap, body: Body) -> Targets:
+    """Give the source's bones our lengths.
+
+    Travel and pelvis height are scaled by the ratio of the leg lengths. Where the source has other trunk joints than
+    ours, our two spine joints take the points at their share of the arc length from the hips to the neck. The shoulders
+    keep their movement against the trunk, about our resting place.
+
+    Args:
+        source: the clip in metres, z up.
+        joints: its joint map.
+        body: the humanoid.
+    """
+    clip = source.clip
+    model = humanoid_model(body)
+    offset = {name: np.array(model.body_pos[1 + number]) for number, name in enumerate(BODIES)}
+    length = {name: float(np.linalg.norm(value)) for name, value in offset.items()}
+    at = {role: clip.positions[:, index] for role, index in joints.joints.items()}
+
+    hips = (at["left_thigh"] + at["right_thigh"]) / 2
+    legs = [
+        float(np.median(np.linalg.norm(at[f"{side}_{a}"] - at[f"{side}_{b}"], axis=-1)))
+        for side in SIDES
+        for a, b in (("thigh", "shank"), ("shank", "foot"))
+    ]
+    ratio = (length["left_shank"] + length["left_foot"]) / (sum(legs) / 2)
+
+    lower, upper = length["abdomen"], length["thorax"]
+    whole = lower + upper + length["neck"]
+    first, second = _along_trunk(hips, clip.positions[:, joints.trunk[1:]], (lower / whole, (lower + upper) / whole))
+    neck = at["neck"]
+    pelvis_frame = frame_from(at["left_thigh"] - at["right_thigh"], first - hips)
+    thorax_frame = frame_from(at["left_upper_arm"] - at["right_upper_arm"], neck - second)
+
+    out = np.empty((len(hips), len(BODIES), 3))
+    place = {name: number for number, name in enumerate(BODIES)}
+
+    def put(name: str, value: NDArray[np.float64]) -> None:
+        out[:, place[name]] = value
+
+    def extend(name: str, parent: str, direction: NDArray[np.float64]) -> None:
+        put(name, out[:, place[parent]] + length[name] * unit(direction))
+
+    put("pelvis", hips * ratio)
+    extend("abdomen", "pelvis", first - hips)
+    extend("thorax", "abdomen", second - first)
+    extend("neck", "thorax", neck - second)
+    for side in SIDES:
+        put(f"{side}_thigh", out[:, place["pelvis"]] + pelvis_frame @ offset[f"{side}_thigh"])
+        extend(f"{side}_shank", f"{side}_thigh", at[f"{side}_shank"] - at[f"{side}_thigh"])
+        extend(f"{side}_foot", f"{side}_shank", at[f"{side}_foot"] - at[f"{side}_shank"])
+        shoulder = np.einsum("tji,tj->ti", thorax_frame, at[f"{side}_upper_arm"] - second) * ratio
+        shoulder = offset[f"{side}_upper_arm"] + shoulder - shoulder.mean(axis=0)
+        put(f"{side}_upper_arm", out[:, place["thorax"]] + np.einsum("tij,tj->ti", thorax_frame, shoulder))
+        extend(f"{side}_forearm", f"{side}_upper_arm", at[f"{side}_forearm"] - at[f"{side}_upper_arm"])
+        extend(f"{side}_hand", f"{side}_forearm", at[f"{side}_hand"] - at[f"{side}_forearm"])
+
+    warnings: list[str] = []
+    orientations = np.tile(np.eye(3), (len(hips), len(ORIENTED), 1, 1))
+    oriented = np.zeros(len(ORIENTED), dtype=bool)
+    orientations[:, 0], oriented[0] = _head(source, joints, thorax_frame), True
+    if "head" in joints.joints and joints.joints["head"] != joints.joints["neck"]:
+        extend("head", "neck", at["head"] - neck)
+    else:
+        extend("head", "neck", orientations[:, 0, :, 2])
+    for number, side in enumerate(SIDES):
+        hand = _hand(source, joints, side)
+        if hand is not None:
+            orientations[:, 1 + number], oriented[1 + number] = hand, True
+        foot = _foot(source, joints, side)
+        if foot is None:
+            warnings.append(f"the {side} foot's direction is not told by the file: the ankle stays neutral")
+        else:
+            orientations[:, 3 + number], oriented[3 + number] = foot, True
+    step = None if clip.step is None else clip.step * ratio
+    return Targets(out, orientations, oriented, clip.fps, step, tuple(warnings))
+
+
+def _along_trunk(
+    hips: NDArray[np.float64], trunk: NDArray[np.float64], shares: tuple[float, float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Points at shares of the arc length of the polyline from the hips along the trunk's joints (T, K, 3)."""
+    points = np.concatenate([hips[:, None], trunk], axis=1)
+    segments = np.median(np.linalg.norm(np.diff(points, axis=1), axis=-1), axis=0)
+    arc = np.concatenate([[0.0], np.cumsum(segments)])
+    out = []
+    for share in shares:
+        place = share * arc[-1]
+        low = int(np.clip(np.searchsorted(arc, place, side="right") - 1, 0, len(arc) - 2))
+        weight = (place - arc[low]) / max(arc[low + 1] - arc[low], 1e-12)
+        out.append((1 - weight) * points[:, low] + weight * points[:, low + 1])
+    return out[0], out[1]
+
+
+def _mean_rotation(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.asarray(Rotation.from_matrix(rotations).mean().as_matrix())
+
+
+def _snap(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The rotation between coordinate axes nearest to a rotation, if within 30 degrees; else the rotation itself."""
+    cube = Rotation.create_group("O")
+    angles = (cube.inv() * Rotation.from_matrix(rotation)).magnitude()
+    best = int(np.argmin(angles))
+    return np.asarray(cube[best].as_matrix()) if angles[best] < np.radians(30) else rotation
+
+
+def _reference_heading(source: Normalised, joints: JointMap) -> NDArray[np.float64]:
+    assert source.reference is not None
+    positions = source.reference[0]
+    left = positions[joints.joints["left_thigh"]] - positions[joints.joints["right_thigh"]]
+    left[2] = 0.0
+    return frame_from(left, np.array([0.0, 0.0, 1.0]))
+
+
+def _head(source: Normalised, joints: JointMap, thorax: NDArray[np.float64]) -> NDArray[np.float64]:
+    joint = joints.joints.get("head", joints.joints["neck"])
+    rotations = source.clip.rotations[:, joint]
+    if source.reference is not None:
+        offset = source.reference[1][joint].T @ _reference_heading(source, joints)
+    else:
+        # no pose to calibrate with: on average the head looks where the chest faces
+        offset = _snap(_mean_rotation(np.swapaxes(rotations, -1, -2) @ thorax))
+    return np.asarray(rotations @ offset)
+
+
+def _hand(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64] | None:
+    if source.reference is None or f"{side}_hand_tip" not in joints.joints:
+        return None
+    joint, forearm = joints.joints[f"{side}_hand"], joints.joints[f"{side}_forearm"]
+    positions, rotations = source.reference
+    along = unit(positions[joint] - positions[forearm])
+    forward = _reference_heading(source, joints)[:, 0]
+    # with a straight arm, raised sideways or hanging, the thumb points forward
+    x = unit(forward - along * (forward @ along))
+    frame = np.stack([x, np.cross(-along, x), -along], axis=-1)
+    return np.asarray(source.clip.rotations[:, joint] @ (rotations[joint].T @ frame))
+
+
+def _foot(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64] | None:
+    """Orientation of the foot, calibrated so that the sole is flat while the foot stands."""
+    clip = source.clip
+    ankle = joints.joints[f"{side}_foot"]
+    toe = joints.joints.get(f"{side}_toe")
+    rotations = clip.rotations[:, ankle]
+    pointing = None
+    if toe is not None:
+        pointing = clip.positions[:, toe] - clip.positions[:, ankle]
+        if np.median(np.linalg.norm(pointing, axis=-1)) < 0.02:
+            pointing = None
+    standing = _standing_frames(clip.positions[:, ankle], clip.fps)
+    vertical = np.array([0.0, 0.0, 1.0])
+    if source.reference is not None:
+        positions, reference = source.reference
+        if toe is not None and pointing is not None:
+            heading = positions[toe] - positions[ankle]
+        else:
+            heading = _reference_heading(source, joints)[:, 0]
+        offset = reference[ankle].T @ frame_from(np.cross(vertical, heading), vertical)
+    elif pointing is not None and standing.any():
+        flat = frame_from(np.cross(vertical, pointing[standing]), vertical)
+        offset = _mean_rotation(np.swapaxes(rotations[standing], -1, -2) @ flat)
+    else:
+        return None
+    if standing.sum() >= 0.15 * clip.fps:
+        # the sole is level while the foot stands: take out the mean tilt, as far as that is a matter of markers
+        up = unit(np.median((np.swapaxes(rotations[standing] @ offset, -1, -2) @ vertical), axis=0))
+        axis = np.cross(vertical, up)
+        angle = float(np.arctan2(np.linalg.norm(axis), up[2]))
+        if angle < np.radians(20):
+            offset = offset @ Rotation.from_rotvec(unit(axis) * angle).as_matrix()
+    return np.asarray(rotations @ offset)
+
+
+def _standing_frames(ankle: NDArray[np.float64], fps: float) -> NDArray[np.bool_]:
+    if len(ankle) < 3:
+        return np.ones(len(ankle), dtype=bool)
+    speed = np.linalg.norm(np.gradient(ankle, 1 / fps, axis=0), axis=-1)
+    return np.asarray((speed < STILL_SPEED) & (ankle[:, 2] < np.percentile(ankle[:, 2], 5) + 0.02))
