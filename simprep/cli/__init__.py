@@ -1,1 +1,1 @@
-"""cli."""
+"""The command line: one thin file per command. Nothing heavy is imported before a command runs."""

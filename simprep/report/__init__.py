@@ -1,1 +1,1 @@
-"""report."""
+"""Pictures and result files. Needs the extra `report` for pictures; result files need nothing."""

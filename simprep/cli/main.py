@@ -1,0 +1,81 @@
+"""The `simprep` command: choose a subcommand, run it, turn errors into one line and an exit code."""
+
+import os
+import sys
+from collections.abc import Sequence
+from typing import Annotated
+
+import tyro
+
+from simprep import __version__
+from simprep.cli import output
+from simprep.cli.import_motion import Import
+from simprep.cli.track import Track
+from simprep.cli.validate import Validate
+from simprep.errors import SimprepError
+
+OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
+
+Command = (
+    Annotated[Validate, tyro.conf.subcommand("validate")]
+    | Annotated[Track, tyro.conf.subcommand("track")]
+    | Annotated[Import, tyro.conf.subcommand("import")]
+)
+
+DESCRIPTION = """Preparation motions and interactions for simulated humanoids, validated by physics in MuJoCo.
+
+Example: simprep validate"""
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run the command line.
+
+    Args:
+        argv: arguments without the program name; None for the process's own.
+
+    Returns:
+        Exit code: 0 done, 2 bad usage or input (one line on stderr), 130 interrupted.
+    """
+    arguments = list(sys.argv[1:] if argv is None else argv)
+    if arguments == ["--version"]:
+        print(f"simprep {__version__}")
+        return OK
+    output.arguments = tuple(arguments)
+    _keep_gl_out_of_import()
+    try:
+        command = tyro.cli(
+            Command,  # type: ignore[arg-type]
+            prog="simprep",
+            description=DESCRIPTION,
+            args=arguments or ["--help"],
+            config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
+        )
+        command.run()
+    except SystemExit as stop:  # tyro: --help is 0, a wrong argument 2
+        return stop.code if isinstance(stop.code, int) else USAGE
+    except SimprepError as error:
+        print(f"simprep: {' '.join(str(error).split())}", file=sys.stderr)
+        return USAGE
+    except KeyboardInterrupt as stop:
+        print(f"simprep: interrupted; {str(stop) or 'nothing was written'}", file=sys.stderr)
+        return INTERRUPTED
+    except BrokenPipeError:  # the reader of our output closed it, as `head` does
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return FAILED
+    return OK
+
+
+def _keep_gl_out_of_import() -> None:
+    """Let `import mujoco` succeed on a machine whose MUJOCO_GL names a missing library; `report.gl` gets the wish.
+
+    mujoco loads the library that MUJOCO_GL names while it is imported, and fails with it; pictures are optional here.
+    """
+    wish = os.environ.get("MUJOCO_GL")
+    if "mujoco" not in sys.modules and wish != "disable":
+        if wish:
+            os.environ["SIMPREP_GL"] = wish
+        os.environ["MUJOCO_GL"] = "disable"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,72 @@
+"""What a command prints: tables for people on stdout, or one JSON object there and everything else on stderr."""
+
+import contextlib
+import json
+import sys
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+
+PLAIN_WIDTH = 150
+
+arguments: tuple[str, ...] = ()
+"""The command line after `simprep`, for the record; `main` sets it."""
+
+
+class Output:
+    """Where a command writes.
+
+    Args:
+        as_json: stdout holds exactly one JSON object; tables and progress go to stderr.
+    """
+
+    def __init__(self, as_json: bool) -> None:
+        self.as_json = as_json
+        self._stdout = sys.stdout
+        self.console = _console(sys.stderr if as_json else sys.stdout)
+        self.progress_console = _console(sys.stderr)
+
+    def say(self, what: Any) -> None:
+        """Print text or a rich table for people."""
+        self.console.print(what, highlight=False)
+
+    def warn(self, text: str) -> None:
+        """Print one line of warning on stderr."""
+        self.progress_console.print(f"warning: {text}", style="yellow", markup=False, highlight=False, soft_wrap=True)
+
+    def result(self, content: Mapping[str, Any]) -> None:
+        """Print the machine-readable result, where it was asked for; NaN and infinity become null."""
+        if self.as_json:
+            from simprep.report.record import jsonable
+
+            self._stdout.write(json.dumps(jsonable(content), allow_nan=False) + "\n")
+            self._stdout.flush()
+
+    @contextlib.contextmanager
+    def stdout_reserved(self) -> Iterator[None]:
+        """Send what libraries print to stdout to stderr instead, while JSON is expected there."""
+        if not self.as_json:
+            yield
+            return
+        with contextlib.redirect_stdout(sys.stderr):
+            yield
+
+    def progress(self) -> Progress:
+        """A progress bar on stderr; silent where stderr is not a terminal."""
+        return Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TimeRemainingColumn(),
+            console=self.progress_console,
+            transient=True,
+            disable=not self.progress_console.is_terminal,
+        )
+
+
+def _console(stream: Any) -> Console:
+    console = Console(file=stream)
+    return console if console.is_terminal else Console(file=stream, width=PLAIN_WIDTH)

@@ -1,0 +1,85 @@
+"""From what a person types (a built-in name or a file) to a Motion."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from simprep.errors import MotionError, SettingError, UnknownNameError
+
+if TYPE_CHECKING:
+    from simprep.motion.motion import Motion
+
+FILE_TYPES = (".npz", ".bvh", ".amc (with its .asf beside it)", ".json")
+DEFAULT_LOOP_S = 6.0
+
+
+def resolve_motion(text: str) -> Motion:
+    """The motion a person means.
+
+    Args:
+        text: name of a built-in motion, or path of a motion file.
+
+    Raises:
+        UnknownNameError: neither; the message lists the built-in names and the file types.
+        MotionFileError: it looks like a path, and the file is missing or cannot be read.
+    """
+    from simprep.library import library_motion, library_names
+
+    names = tuple(library_names())
+    if text in names:
+        return library_motion(text)
+    if Path(text).exists() or Path(text).suffix or len(Path(text).parts) > 1:
+        from simprep.motion.load import load_motion
+
+        return load_motion(text)
+    raise UnknownNameError("motion", text, (*names, f"or the path of a file: {', '.join(FILE_TYPES)}"))
+
+
+def parse_frames(text: str) -> tuple[int | None, int | None]:
+    """Read `a:b`, either end of which may be left out.
+
+    Raises:
+        SettingError: not of this form.
+    """
+    first, colon, after = text.partition(":")
+    try:
+        if not colon:
+            raise ValueError
+        return (int(first) if first else None), (int(after) if after else None)
+    except ValueError:
+        raise SettingError(
+            f"--frames {text!r}; valid: a:b, frame a up to but not including b, either may be left out"
+        ) from None
+
+
+def select(motion: Motion, frames: str | None, seconds: float | None) -> Motion:
+    """Cut a motion to frames `a:b`, then bring it to a length: loops are repeated, other motions cut.
+
+    Args:
+        motion: the motion.
+        frames: `a:b` or None for all.
+        seconds: length [s]; None for 6 s of a loop, all of anything else.
+
+    Raises:
+        SettingError: malformed frames or a length that is not positive.
+        MotionError: the frames are outside the motion.
+    """
+    from simprep.motion.edit import cut, repeat
+
+    if seconds is not None and not 0 < seconds <= 600:
+        raise SettingError(f"--seconds {seconds:g}; valid: above 0, at most 600")
+    if frames is not None:
+        first, after = parse_frames(frames)
+        motion = cut(motion, 0 if first is None else first, len(motion) if after is None else after)
+    if motion.loop:
+        length = DEFAULT_LOOP_S if seconds is None else seconds
+        cycles = int(-(-(length * motion.fps + 1) // len(motion)))
+        motion = replace(repeat(motion, max(1, cycles)), loop=False)
+        seconds = length
+    if seconds is not None:
+        motion = cut(motion, 0, min(len(motion), round(seconds * motion.fps) + 1))
+    if len(motion) < 2:
+        raise MotionError(f"{motion.name}: {len(motion)} frame left; tracking needs at least 2")
+    return motion

@@ -1,0 +1,138 @@
+"""`simprep track`: simulate the humanoid following one motion."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from simprep.cli import output as output_module
+from simprep.cli.output import Output
+
+HEADLINE = (
+    "success",
+    "end",
+    "fell_at_s",
+    "g_mpjpe_mm",
+    "mpjpe_mm",
+    "foot_slip_ratio",
+    "penetration_mm",
+    "s_per_s",
+    "assist_n",
+)
+"""Keys of `--json` that other tools rely on."""
+
+
+@dataclass(frozen=True)
+class Track:
+    """Simulate the humanoid following a motion with joint motors only, and measure how well it does.
+
+    Writes run.npz (states, controls, contacts, torques), metrics.json and, where pictures can be drawn, strip.png.
+
+    Example: simprep track walk --seconds 10 -o out/walk
+    """
+
+    motion: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="MOTION", help_behavior_hint="")]
+    """A built-in motion (stand, walk, punch_left, ...; a wrong name lists them) or a motion file (.npz, .bvh, .amc, .json)."""
+
+    controller: Literal["mpc", "pd"] = "mpc"
+    """mpc: servo targets corrected by receding-horizon sampling; pd: servos to the motion, nothing else."""
+
+    seed: int = 0
+    """Seed of the controller's random numbers."""
+
+    frames: Annotated[str | None, tyro.conf.arg(metavar="A:B", help_behavior_hint="")] = None
+    """Frames a:b of the motion: from a up to but not including b; either may be left out."""
+
+    seconds: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
+    """Length [s]: a loop is repeated up to it (default 6), any other motion cut."""
+
+    out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = None
+    """Folder for the results; default results/track/MOTION_CONTROLLER."""
+
+    no_pictures: bool = False
+    """Draw no film strip."""
+
+    json: bool = False
+    """Print one JSON object on stdout; everything else goes to stderr."""
+
+    def run(self) -> None:
+        """Simulate, measure, write, print."""
+        output = Output(self.json)
+        with output.stdout_reserved():
+            content = self._run(output)
+        output.result(content)
+
+    def _run(self, output: Output) -> dict[str, Any]:
+        from simprep.cli.resolve import resolve_motion, select
+
+        motion = select(resolve_motion(self.motion), self.frames, self.seconds)  # a bad file fails before the imports
+        from simprep.metrics.evaluate import evaluate_run
+        from simprep.physics.store import save_run
+        from simprep.physics.track import track
+        from simprep.report.record import provenance, write_json
+
+        folder = self.out or Path("results") / "track" / f"{motion.name}_{self.controller}"
+        with output.progress() as bar:
+            task = bar.add_task(f"{self.controller} {motion.name}", total=round(motion.duration, 1))
+            run = track(
+                motion,
+                self.controller,
+                self.seed,
+                progress=lambda share: bar.update(task, completed=round(share * motion.duration, 1)),
+            )
+        metrics = evaluate_run(run)
+        content = {
+            "schema": "simprep.track/1",
+            **provenance(output_module.arguments),
+            "motion": motion.name,
+            "source": motion.source,
+            "controller": run.controller,
+            "seed": run.seed,
+            "timestep_s": run.timestep,
+            "end_reason": run.end_reason,
+            "processing": run.processing,
+            "settings": run.settings,
+            "end": run.end,
+            "fell_at_s": run.fell_at_s,
+            "s_per_s": run.wall_s / run.end_s if run.end_s > 0 else None,
+            "assist_n": run.assist.force_n,
+            **metrics,
+        }
+        files = [save_run(run, folder / "run.npz")]
+        if not self.no_pictures:
+            files += _strip(run, folder, output)
+        files.append(folder / "metrics.json")
+        content["files"] = [path.name for path in files]
+        write_json(folder / "metrics.json", content)
+        output.say(_table(motion.name, content))
+        output.say(f"written: {', '.join(map(str, files))}")
+        return content
+
+
+def _strip(run: Any, folder: Path, output: Output) -> list[Path]:
+    from simprep.errors import MissingExtraError
+    from simprep.report.film_strip import Row, StripSettings, save_film_strip
+    from simprep.report.gl import NoGlError
+
+    note = "" if run.end == "done" else f"{run.end} at {run.end_s:.2f} s"
+    rows = [Row("reference", run.reference), Row(f"simulated, {run.controller}", run.simulated_motion(), note)]
+    try:
+        span = (0.0, run.reference.duration)
+        return [save_film_strip(rows, folder / "strip.png", StripSettings(span_s=span))]
+    except (NoGlError, MissingExtraError) as problem:
+        output.warn(f"no film strip: {problem}")
+        return []
+
+
+def _table(name: str, content: Mapping[str, Any]) -> Any:
+    from rich.table import Table
+
+    table = Table(title=f"{name}, {content['controller']}: {content['end_reason']}", title_justify="left")
+    table.add_column("metric")
+    table.add_column("value", justify="right")
+    for key in (*HEADLINE, *(key for key in content if key not in HEADLINE and isinstance(content[key], float))):
+        value = content[key]
+        table.add_row(key, f"{value:.4g}" if isinstance(value, float) else "-" if value is None else str(value))
+    return table

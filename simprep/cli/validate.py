@@ -1,0 +1,118 @@
+"""`simprep validate`: does preparation help, and does posture optimisation? Simulated, measured, compared."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import tyro
+
+from simprep.cli import output as output_module
+from simprep.cli.output import Output
+
+if TYPE_CHECKING:
+    from simprep.motion.motion import Motion
+    from simprep.study.plan import StudyPlan
+
+DEFAULT_TARGETS = ("punch_right", "kick_front", "crawl")
+ALL_TARGETS = ("punch_left", "punch_right", "kick_front", "crawl", "duck", "jump")
+DEFAULT_ALPHAS = (0.5, 1.0)
+ALL_ALPHAS = (0.3, 0.5, 0.7, 1.0)
+
+
+NO_DEFAULT = tyro.conf.arg(help_behavior_hint="")  # the help text says what the default is
+
+
+@dataclass(frozen=True)
+class Validate:
+    """Compare ways of going from locomotion to a target motion, in kinematics and in physics.
+
+    Four arms on the same scenario and seeds: no preparation, traditional blending, preparation without and with posture
+    optimisation. Writes metrics.json, the motions, plots and film strips.
+
+    Example: simprep validate --locomotion walk --target kick_front --alpha 0.5 1.0 --seeds 3 -o out/kick
+    """
+
+    locomotion: str = "walk"
+    """Built-in motion or motion file that the character does first."""
+
+    target: Annotated[tuple[str, ...], NO_DEFAULT] = ()
+    """Built-in motions or motion files to prepare for; default punch_right, kick_front, crawl."""
+
+    target_frame: Annotated[int | None, tyro.conf.arg(metavar="INT", help_behavior_hint="")] = None
+    """First frame of the target movement in the target file, where the file does not say."""
+
+    alpha: Annotated[tuple[float, ...], NO_DEFAULT] = ()
+    """Levels of preparation, 0 to 1; default 0.5 and 1."""
+
+    controllers: tuple[Literal["pd", "mpc"], ...] = ("pd", "mpc")
+    """Controllers to simulate with."""
+
+    seeds: int = 1
+    """Number of seeds, from 0. pd has no random numbers and runs once."""
+
+    full: bool = False
+    """All built-in targets and levels 0.3, 0.5, 0.7, 1, where not given otherwise."""
+
+    out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="DIR")] = Path("results/validate")
+    """Folder for the results."""
+
+    no_pictures: bool = False
+    """Draw no plots and no film strips."""
+
+    json: bool = False
+    """Print one JSON object on stdout; everything else goes to stderr."""
+
+    def run(self) -> None:
+        """Run the study, write it, print it."""
+        output = Output(self.json)
+        with output.stdout_reserved():
+            content, complete = self._run(output)
+        output.result(content)
+        if not complete:
+            raise KeyboardInterrupt(f"{len(content['cases'])} finished cases are kept in {self.out}")
+
+    def _run(self, output: Output) -> tuple[dict[str, Any], bool]:
+        plan = self._plan()  # a bad file fails before the imports
+        from simprep.study.pictures import draw_study
+        from simprep.study.tables import study_tables
+        from simprep.study.validate import run_study
+        from simprep.study.write import mark_unfinished, study_record, write_study
+
+        mark_unfinished(plan, self.out, output_module.arguments)
+        motions = self.out / "motions"
+        with output.progress() as bar:
+            task = bar.add_task("preparing", total=len(plan.cases()))
+            study = run_study(plan, lambda what, done: bar.update(task, description=what, completed=done), motions)
+        files = sorted(motions.glob("*.npz"))
+        if not self.no_pictures and study.results:
+            files += draw_study(study, self.out, output.warn)
+        write_study(study, self.out, output_module.arguments, files)
+        for table in study_tables(study):
+            output.say(table)
+        output.say(f"{len(study.results)} of {len(plan.cases())} cases in {study.wall_s:.0f} s")
+        output.say(f"written: {self.out}: metrics.json and {len(files)} more files")
+        return study_record(study), study.complete
+
+    def _plan(self) -> "StudyPlan":
+        from simprep.cli.resolve import resolve_motion
+        from simprep.errors import SettingError
+        from simprep.study.plan import StudyPlan
+
+        if not 1 <= self.seeds <= 1000:
+            raise SettingError(f"--seeds {self.seeds}; valid: 1 to 1000")
+        names = self.target or (ALL_TARGETS if self.full else DEFAULT_TARGETS)
+        if self.target_frame is not None and len(names) != 1:
+            raise SettingError(f"--target-frame with {len(names)} targets; valid: with exactly one --target")
+        targets = tuple(self._marked(resolve_motion(name)) for name in names)
+        return StudyPlan(
+            locomotion=resolve_motion(self.locomotion),
+            targets=targets,
+            alphas=self.alpha or (ALL_ALPHAS if self.full else DEFAULT_ALPHAS),
+            controllers=self.controllers,
+            seeds=tuple(range(self.seeds)),
+        )
+
+    def _marked(self, target: "Motion") -> "Motion":
+        if self.target_frame is None:
+            return target
+        return replace(target, events={**target.events, "target": self.target_frame})

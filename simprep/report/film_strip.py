@@ -1,0 +1,163 @@
+"""Film strips: poses of one or more motions at the same instants, one row each, as in Fig. 6 of the 2013 paper."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.errors import MissingExtraError, SettingError
+from simprep.motion.edit import sample
+from simprep.motion.motion import Motion
+from simprep.report.gl import Canvas, find_backend
+from simprep.report.record import atomic_path
+from simprep.scene import SceneSettings, build_scene
+
+HEADER_PX = 22
+INK, FAINT = (30, 30, 34), (120, 120, 126)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row of a strip.
+
+    Attributes:
+        label: printed above the row.
+        motion: what is drawn; a simulated run's is `run.simulated_motion()`.
+        end_note: printed where the motion is over before the strip is, such as `fell at 2.31 s`.
+    """
+
+    label: str
+    motion: Motion
+    end_note: str = "ended"
+
+
+@dataclass(frozen=True)
+class StripSettings:
+    """Layout and camera of a strip.
+
+    Attributes:
+        columns: pictures per row, evenly spaced in time over `span_s`.
+        width_px: width of one picture.
+        height_px: height of one picture.
+        span_s: first and last instant [s]; None for the longest motion, whole.
+        azimuth_deg: camera direction: 90 looks along y, so that a character walking along x walks to the right;
+            a little more shows its front.
+        elevation_deg: camera elevation, negative looks down.
+        extent_m: height of the world seen in a picture [m].
+        marks: labels of instants [s], printed at the nearest picture, such as `{"launch": 2.1}`.
+        scene: obstacles to draw; its bodies are replaced by each motion's.
+    """
+
+    columns: int = 9
+    width_px: int = 180
+    height_px: int = 216
+    span_s: tuple[float, float] | None = None
+    azimuth_deg: float = 112.0
+    elevation_deg: float = -9.0
+    extent_m: float = 2.35
+    marks: dict[str, float] = field(default_factory=dict)
+    scene: SceneSettings = field(default_factory=SceneSettings)
+
+
+def film_strip(rows: Sequence[Row], settings: StripSettings | None = None) -> NDArray[np.uint8]:
+    """Draw a strip. The camera follows the root of each row in plan; its height is fixed.
+
+    Args:
+        rows: at least one.
+        settings: layout and camera.
+
+    Returns:
+        (height, width, 3) RGB picture.
+
+    Raises:
+        NoGlError: nothing can draw off screen here.
+        MissingExtraError: pillow is not installed.
+        SettingError: no rows, or fewer than 2 columns.
+    """
+    settings = settings or StripSettings()
+    if not rows:
+        raise SettingError("a film strip of no rows; valid: 1 or more")
+    if settings.columns < 2:
+        raise SettingError(f"a film strip of {settings.columns} columns; valid: 2 or more")
+    image_module, draw_module, font = _pillow()
+    first, last = settings.span_s or (0.0, max(row.motion.duration for row in rows))
+    times = np.linspace(first, last, settings.columns)
+    row_px = HEADER_PX + settings.height_px
+    page = image_module.new("RGB", (settings.columns * settings.width_px, len(rows) * row_px + HEADER_PX), "white")
+    pen = draw_module.Draw(page)
+    for index, row in enumerate(rows):
+        top = index * row_px
+        pen.text((6, top + 3), row.label.replace("→", "->"), fill=INK, font=font)  # the font has no arrow
+        for column, picture in enumerate(_draw_row(row, times, settings)):
+            corner = (column * settings.width_px, top + HEADER_PX)
+            over = times[column] > row.motion.duration + 1e-6
+            tile = image_module.fromarray(picture)
+            if over:
+                tile = image_module.blend(
+                    tile.convert("L").convert("RGB"), image_module.new("RGB", tile.size, "white"), 0.6
+                )
+            page.paste(tile, corner)
+            if over:
+                pen.text((corner[0] + 6, corner[1] + 4), row.end_note, fill=(170, 40, 30), font=font)
+    bottom = len(rows) * row_px + 3
+    for column, time in enumerate(times):
+        pen.text((column * settings.width_px + 6, bottom), f"{time:.2f} s", fill=FAINT, font=font)
+    for name, time in settings.marks.items():
+        column = int(np.argmin(np.abs(times - time)))
+        pen.text((column * settings.width_px + 64, bottom), name, fill=(170, 40, 30), font=font)
+    return np.asarray(page)
+
+
+def save_film_strip(rows: Sequence[Row], path: str | Path, settings: StripSettings | None = None) -> Path:
+    """Draw a strip and write it as PNG with a palette of 256 colours, atomically (see `film_strip`).
+
+    Args:
+        rows: at least one.
+        path: the PNG file.
+        settings: layout and camera.
+
+    Returns:
+        The path written.
+    """
+    image_module, _, _ = _pillow()
+    picture = image_module.fromarray(film_strip(rows, settings))
+    with atomic_path(path) as temporary:
+        picture.quantize(256, dither=image_module.Dither.NONE).save(temporary, format="PNG", optimize=True)
+    return Path(path)
+
+
+def _draw_row(row: Row, times: NDArray[np.float64], settings: StripSettings) -> list[NDArray[np.uint8]]:
+    import mujoco
+
+    scene = SceneSettings((row.motion.body,), settings.scene.obstacles, settings.scene.timestep)
+    model = build_scene(scene)
+    data = mujoco.MjData(model)
+    camera = mujoco.MjvCamera()
+    camera.azimuth, camera.elevation = settings.azimuth_deg, settings.elevation_deg
+    field_of_view = np.deg2rad(model.vis.global_.fovy)
+    camera.distance = settings.extent_m / 2 / np.tan(field_of_view / 2)
+    poses = sample(row.motion, times)
+    gl_context = find_backend().context(settings.width_px, settings.height_px)
+    try:
+        canvas = Canvas(model, settings.width_px, settings.height_px, gl_context)
+        pictures = []
+        for pose in poses:
+            data.qpos[:] = pose
+            mujoco.mj_forward(model, data)
+            camera.lookat[:] = [pose[0], pose[1], 0.42 * settings.extent_m]
+            pictures.append(canvas.draw(data, camera))
+        del canvas  # its GL objects go before the context they live in
+    finally:
+        gl_context.free()
+    return pictures
+
+
+def _pillow() -> tuple[Any, Any, Any]:
+    try:
+        from PIL import Image, ImageDraw, ImageFont
+    except ImportError:
+        raise MissingExtraError("drawing film strips", "report") from None
+    return Image, ImageDraw, ImageFont.load_default(size=14)

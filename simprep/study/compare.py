@@ -1,0 +1,78 @@
+"""The study's cases as flat mappings, and the effect of posture optimisation over matched cases."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+
+from simprep.metrics.paired import Summary, paired_differences
+from simprep.study.validate import Study, launch_s
+
+WITH, WITHOUT = "optimised", "blended"
+BOOTSTRAP_SEED = 2013
+BEFORE_PHYSICS = "motion"
+
+Paired = dict[str, Summary]
+
+
+def case_records(study: Study) -> list[dict[str, Any]]:
+    """One flat mapping per finished case: target, alpha, arm, controller, seed, and its metrics."""
+    return [
+        {
+            **asdict(result.case.scenario),
+            "controller": result.case.controller,
+            "seed": result.case.seed,
+            **result.metrics,
+        }
+        for result in study.results
+    ]
+
+
+def motion_records(study: Study) -> list[dict[str, Any]]:
+    """One flat mapping per motion before physics: target, alpha, arm, launch, and its metrics."""
+    return [
+        {**asdict(scenario), "launch_s": launch_s(study.scenarios[scenario]), **metrics}
+        for scenario, metrics in study.kinematic.items()
+    ]
+
+
+def paired_by_controller(study: Study) -> dict[str, Paired]:
+    """With minus without posture optimisation in physics (see `simprep.metrics.paired.paired_differences`).
+
+    Args:
+        study: finished, or cut short.
+
+    Returns:
+        {controller: {metric: {n, median, low, high, n_failed_with, n_failed_without}}}.
+    """
+    return paired_differences(case_records(study), WITH, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
+
+
+def paired_before_physics(study: Study) -> Paired:
+    """With minus without posture optimisation in the motions themselves, matched in target and level.
+
+    Args:
+        study: finished, or cut short.
+    """
+    cases = [{**record, "controller": BEFORE_PHYSICS, "seed": 0, "success": True} for record in motion_records(study)]
+    paired = paired_differences(cases, WITH, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
+    return {
+        metric: {key: summary[key] for key in ("n", "median", "low", "high")}
+        for metric, summary in paired.get(BEFORE_PHYSICS, {}).items()
+        if metric not in ("success", "launch_s")
+    }
+
+
+def median_of(values: Iterable[Any]) -> float | None:
+    """Median of the values that are finite numbers; None without any."""
+    known = [float(value) for value in values if isinstance(value, (int, float)) and np.isfinite(value)]
+    return float(np.median(known)) if known else None
+
+
+def largest_assist(cases: Iterable[Mapping[str, Any]]) -> tuple[float, float]:
+    """Largest external force [N] and torque [N m] of any case."""
+    force, torque = 0.0, 0.0
+    for case in cases:
+        force, torque = max(force, case["assist_n"]), max(torque, case["assist_nm"])
+    return force, torque

@@ -1,0 +1,142 @@
+"""Pictures of a study: blending curves, balance margins, COM against support polygon, film strips."""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from simprep.errors import MissingExtraError
+from simprep.motion.motion import Motion
+from simprep.report.film_strip import Row, StripSettings, save_film_strip
+from simprep.report.gl import NoGlError
+from simprep.study.compare import WITH, WITHOUT
+from simprep.study.plan import ARM_LABELS, Scenario
+from simprep.study.validate import Study, launch_s
+
+MOMENTS = 4
+
+
+def draw_study(study: Study, folder: Path, warn: Callable[[str], None]) -> list[Path]:
+    """Draw every picture that can be drawn; what is missing for the others is said once through `warn`.
+
+    Args:
+        study: finished, or cut short.
+        folder: where the PNG files go.
+        warn: receives one line per kind of picture that cannot be drawn.
+
+    Returns:
+        The files written.
+    """
+    files: list[Path] = []
+    try:
+        files.append(draw_blending_curves(folder))
+        for target, alpha in _drawn(study):
+            files += _draw_plots(study, target, alpha, folder)
+    except MissingExtraError as problem:
+        warn(f"no plots: {problem}")
+    try:
+        for target, alpha in _drawn(study):
+            files += _draw_strips(study, target, alpha, folder)
+    except (MissingExtraError, NoGlError) as problem:
+        warn(f"no film strips: {problem}")
+    return files
+
+
+def _drawn(study: Study) -> Iterator[tuple[str, float]]:
+    """Targets with the highest level at which every arm was built."""
+    plan = study.plan
+    alpha = max(plan.alphas)
+    for target in plan.targets:
+        if all(Scenario(target.name, alpha, arm) in study.scenarios for arm in plan.arms):
+            yield target.name, alpha
+
+
+def _draw_plots(study: Study, target: str, alpha: float, folder: Path) -> list[Path]:
+    from simprep.report.figures import plot_com_and_support, plot_margins, support_margin
+
+    arms = {arm: Scenario(target, alpha, arm) for arm in study.plan.arms}
+    panels = {
+        "motion before physics": {
+            ARM_LABELS[arm]: support_margin(study.scenarios[scenario]) for arm, scenario in arms.items()
+        }
+    }
+    for controller in study.plan.controllers:
+        lines = {
+            ARM_LABELS[arm]: support_margin(simulated)
+            for arm, scenario in arms.items()
+            if (simulated := _simulated(study, scenario, controller)) is not None
+        }
+        if lines:
+            panels[f"simulated, {controller}"] = lines
+    last = study.scenarios[arms[study.plan.arms[-1]]]
+    title = f"{study.plan.locomotion.name} to {target}, level of preparation {alpha:g}"
+    files = [plot_margins(panels, folder / f"margin_{target}.png", title, launch_s(last))]
+    if WITH in arms and WITHOUT in arms:
+        motions = {ARM_LABELS[arm]: study.scenarios[arms[arm]] for arm in (WITHOUT, WITH)}
+        frames = _moments(motions[ARM_LABELS[WITH]])
+        files.append(plot_com_and_support(motions, frames, folder / f"com_{target}.png", title))
+    return files
+
+
+def _draw_strips(study: Study, target: str, alpha: float, folder: Path) -> list[Path]:
+    arms = {arm: Scenario(target, alpha, arm) for arm in study.plan.arms}
+    motions = {arm: study.scenarios[scenario] for arm, scenario in arms.items()}
+    launches = [launch for motion in motions.values() if (launch := launch_s(motion)) is not None]
+    longest = max(motion.duration for motion in motions.values())
+    settings = StripSettings(span_s=(0.0, longest), marks={"launch": max(launches)} if launches else {})
+    files = [
+        save_film_strip(
+            [Row(ARM_LABELS[arm], motion) for arm, motion in motions.items()], folder / f"strip_{target}.png", settings
+        )
+    ]
+    for controller in study.plan.controllers:
+        rows = [
+            Row(f"{ARM_LABELS[arm]}, simulated with {controller}", simulated, _end_note(study, scenario, controller))
+            for arm, scenario in arms.items()
+            if (simulated := _simulated(study, scenario, controller)) is not None
+        ]
+        if rows:
+            files.append(save_film_strip(rows, folder / f"strip_{target}_{controller}.png", settings))
+    return files
+
+
+def draw_blending_curves(folder: Path) -> Path:
+    """The blending curves with the paper's constants: the default, and the curve as the paper prints it.
+
+    Args:
+        folder: where blending_curves.png goes.
+    """
+    from simprep.preparation.blending import blending_weight
+    from simprep.preparation.settings import DEFAULT_SETTINGS
+    from simprep.report.figures import plot_blending_curves
+
+    curves = {
+        "described and shown (default)": partial(blending_weight, curve="described"),
+        "formula as printed": partial(blending_weight, curve="printed"),
+        "traditional": partial(blending_weight, curve="linear"),
+    }
+    constants = {"upper body": DEFAULT_SETTINGS.curvature_upper, "lower body": DEFAULT_SETTINGS.curvature_lower}
+    return plot_blending_curves(curves, constants, folder / "blending_curves.png")
+
+
+def _moments(motion: Motion) -> list[int]:
+    """Evenly spaced frames from the start to the launch, both left out."""
+    end = motion.events.get("launch", len(motion) - 1)
+    return [int(frame) for frame in np.linspace(0, end, MOMENTS + 2)[1:-1]]
+
+
+def _simulated(study: Study, scenario: Scenario, controller: str) -> Motion | None:
+    for result in study.results:
+        case = result.case
+        if case.scenario == scenario and case.controller == controller and result.simulated is not None:
+            return result.simulated
+    return None
+
+
+def _end_note(study: Study, scenario: Scenario, controller: str) -> str:
+    for result in study.results:
+        if result.case.scenario == scenario and result.case.controller == controller and result.simulated is not None:
+            fell = result.metrics.get("fell_at_s")
+            return f"fell at {fell:.2f} s" if fell is not None else str(result.metrics.get("end", "ended"))
+    return "ended"

@@ -1,0 +1,118 @@
+"""What a validation study runs: every combination of target, level, arm, controller and seed."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from simprep.errors import SettingError, UnknownNameError
+from simprep.motion.motion import Motion
+
+ARMS = ("none", "traditional", "blended", "optimised")
+ARM_LABELS = {
+    "none": "no preparation",
+    "traditional": "traditional blending",
+    "blended": "preparation",
+    "optimised": "preparation + optimisation",
+}
+CONTROLLERS = ("pd", "mpc")
+DETERMINISTIC = ("pd",)
+"""Controllers without random numbers: every seed gives the same run, so only the first seed is run."""
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """One motion of the study, before physics.
+
+    Attributes:
+        target: name of the target motion.
+        alpha: level of preparation reached before the launch, 0 to 1.
+        arm: how the transition is made, one of `ARMS`.
+    """
+
+    target: str
+    alpha: float
+    arm: str
+
+    @property
+    def slug(self) -> str:
+        """Name for files, such as `kick_front_a050_optimised`."""
+        return f"{self.target}_a{round(100 * self.alpha):03d}_{self.arm}"
+
+
+@dataclass(frozen=True)
+class Case:
+    """One simulation of the study.
+
+    Attributes:
+        scenario: the motion.
+        controller: `pd` or `mpc`.
+        seed: of the controller's random generator.
+    """
+
+    scenario: Scenario
+    controller: str
+    seed: int
+
+
+@dataclass(frozen=True)
+class StudyPlan:
+    """A validation study.
+
+    Attributes:
+        locomotion: what the character does before the target.
+        targets: target motions; their names must differ. An event `target` marks the first frame of the movement.
+        alphas: levels of preparation, 0 to 1.
+        arms: which of `ARMS`.
+        controllers: which of `CONTROLLERS`.
+        seeds: seeds of the random controllers; a deterministic one runs the first only.
+
+    Raises:
+        SettingError: something is empty or repeated, or a level outside 0 to 1.
+        UnknownNameError: an unknown arm or controller.
+    """
+
+    locomotion: Motion
+    targets: tuple[Motion, ...]
+    alphas: tuple[float, ...] = (0.5, 1.0)
+    arms: tuple[str, ...] = ARMS
+    controllers: tuple[str, ...] = CONTROLLERS
+    seeds: tuple[int, ...] = (0,)
+
+    def __post_init__(self) -> None:
+        names = tuple(target.name for target in self.targets)
+        for what, values in (
+            ("target", names),
+            ("alpha", self.alphas),
+            ("arm", self.arms),
+            ("controller", self.controllers),
+            ("seed", self.seeds),
+        ):
+            if not values or len(set(values)) < len(values):
+                raise SettingError(
+                    f"{what}s {', '.join(map(str, values)) or '(none)'}; valid: at least one, all different"
+                )
+        for alpha in self.alphas:
+            if not 0 <= alpha <= 1:
+                raise SettingError(f"alpha {alpha:g}; valid: 0 to 1")
+        for arm in self.arms:
+            if arm not in ARMS:
+                raise UnknownNameError("arm", arm, ARMS)
+        for controller in self.controllers:
+            if controller not in CONTROLLERS:
+                raise UnknownNameError("controller", controller, CONTROLLERS)
+
+    def scenarios(self) -> Iterator[Scenario]:
+        """Every motion of the study."""
+        for target in self.targets:
+            for alpha in self.alphas:
+                for arm in self.arms:
+                    yield Scenario(target.name, alpha, arm)
+
+    def cases(self) -> list[Case]:
+        """Every simulation, ordered so that a study cut short still holds comparable arms."""
+        return [
+            Case(scenario, controller, seed)
+            for number, seed in enumerate(self.seeds)
+            for controller in self.controllers
+            for scenario in self.scenarios()
+            if number == 0 or controller not in DETERMINISTIC
+        ]

@@ -1,0 +1,118 @@
+"""The study as tables for people."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from rich.table import Table
+from rich.text import Text
+
+from simprep.study.compare import BEFORE_PHYSICS, WITH, WITHOUT, median_of, paired_before_physics, paired_by_controller
+from simprep.study.plan import ARM_LABELS
+from simprep.study.validate import Study
+
+Column = tuple[str, str, str]
+"""Heading, metric, number format."""
+
+RUN_COLUMNS: tuple[Column, ...] = (
+    ("MPJPE [mm]", "mpjpe_mm", ".0f"),
+    ("COM-COS [mm]", "com_cos_mm", ".0f"),
+    ("MoS [mm]", "margin_of_stability_mm", ".0f"),
+    ("COM inside", "com_inside_share", ".0%"),
+    ("peak acc. [rad/s2]", "peak_acceleration_rad_s2", ".0f"),
+    ("peak torque [N m]", "peak_torque_nm", ".0f"),
+)
+MOTION_COLUMNS: tuple[Column, ...] = (
+    ("COM-COS [mm]", "com_cos_mm", ".0f"),
+    ("prepared COM-COS [mm]", "prepared_com_cos_mm", ".0f"),
+    ("MoS [mm]", "margin_of_stability_mm", ".0f"),
+    ("COM inside", "com_inside_share", ".0%"),
+    ("ZMP inside", "zmp_inside_share", ".0%"),
+    ("residual force [N]", "residual_force_n", ".0f"),
+    ("peak acc. [rad/s2]", "peak_acceleration_rad_s2", ".0f"),
+)
+PAIRED_ROWS: tuple[Column, ...] = (
+    ("success [share]", "success", ".2f"),
+    ("time survived [s]", "survived_s", ".2f"),
+    ("MPJPE [mm]", "mpjpe_mm", ".1f"),
+    ("COM-COS [mm]", "com_cos_mm", ".1f"),
+    ("prepared COM-COS [mm]", "prepared_com_cos_mm", ".1f"),
+    ("margin of stability [mm]", "margin_of_stability_mm", ".1f"),
+    ("peak acceleration [rad/s2]", "peak_acceleration_rad_s2", ".1f"),
+    ("peak torque [N m]", "peak_torque_nm", ".1f"),
+)
+
+
+def study_tables(study: Study) -> Iterator[Table]:
+    """Tables of a study: runs, motions before physics, and the effect of posture optimisation.
+
+    Args:
+        study: finished, or cut short.
+    """
+    yield _runs(study)
+    yield _motions(study)
+    yield _paired(study)
+
+
+def _runs(study: Study) -> Table:
+    table = Table(title="Simulated (medians over cases)", title_justify="left")
+    for heading in ("controller", "arm", "success", "falls at [s]"):
+        table.add_column(Text(heading))
+    for heading, *_ in RUN_COLUMNS:
+        table.add_column(Text(heading), justify="right")  # Text: brackets in a str would be markup
+    for controller in study.plan.controllers:
+        for arm in study.plan.arms:
+            cases = [
+                result.metrics
+                for result in study.results
+                if (result.case.controller, result.case.scenario.arm) == (controller, arm)
+            ]
+            if not cases:
+                continue
+            successes = sum(bool(case["success"]) for case in cases)
+            table.add_row(
+                controller,
+                ARM_LABELS[arm],
+                f"{successes}/{len(cases)}",
+                _cell([case.get("fell_at_s") for case in cases], ".2f"),
+                *(_cell([case.get(key) for case in cases], form) for _, key, form in RUN_COLUMNS),
+            )
+        table.add_section()
+    return table
+
+
+def _motions(study: Study) -> Table:
+    table = Table(title="Motions before physics (medians over targets and levels)", title_justify="left")
+    table.add_column("arm")
+    for heading, *_ in MOTION_COLUMNS:
+        table.add_column(Text(heading), justify="right")  # Text: brackets in a str would be markup
+    for arm in study.plan.arms:
+        metrics = [values for scenario, values in study.kinematic.items() if scenario.arm == arm]
+        cells = (_cell([item.get(key) for item in metrics], form) for _, key, form in MOTION_COLUMNS)
+        table.add_row(ARM_LABELS[arm], *cells)
+    return table
+
+
+def _paired(study: Study) -> Table:
+    title = f"{ARM_LABELS[WITH]} minus {ARM_LABELS[WITHOUT]}: median over pairs (95 % interval); falls count in the first two rows only"
+    table = Table(title=Text(title), title_justify="left")
+    table.add_column("metric")
+    columns: Mapping[str, Any] = {BEFORE_PHYSICS: paired_before_physics(study), **paired_by_controller(study)}
+    for name in columns:
+        table.add_column(name if name == BEFORE_PHYSICS else f"simulated, {name}", justify="right")
+    for heading, key, form in PAIRED_ROWS:
+        table.add_row(Text(heading), *(_interval(paired.get(key), form) for paired in columns.values()))
+    return table
+
+
+def _cell(values: list[Any], form: str) -> str:
+    middle = median_of(values)
+    return "-" if middle is None else format(middle, form)
+
+
+def _interval(item: Mapping[str, Any] | None, form: str) -> str:
+    if item is None or item["median"] is None:
+        return "-"
+    middle, low, high = (
+        "-" if item[key] is None else format(item[key], "+" + form) for key in ("median", "low", "high")
+    )
+    return f"{middle} ({low} to {high}) n={item['n']}"

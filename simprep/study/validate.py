@@ -1,0 +1,124 @@
+"""Run a validation study: build every scenario, simulate every case, measure both."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from simprep.metrics.evaluate import evaluate_motion, evaluate_run
+from simprep.motion.motion import Motion
+from simprep.motion.store import save_motion
+from simprep.physics.run import Run
+from simprep.physics.track import track
+from simprep.preparation import scenario as make_scenario
+from simprep.study.plan import Case, Scenario, StudyPlan
+
+
+@dataclass(frozen=True)
+class CaseResult:
+    """What one simulation gave.
+
+    Attributes:
+        case: which simulation.
+        metrics: see `simprep.metrics.evaluate.evaluate_run`.
+        simulated: the simulated poses; kept for the first seed only, else None.
+    """
+
+    case: Case
+    metrics: Mapping[str, Any]
+    simulated: Motion | None = None
+
+
+@dataclass
+class Study:
+    """A validation study, finished or cut short.
+
+    Attributes:
+        plan: what was to be run.
+        scenarios: the motions built so far.
+        kinematic: metrics of each of them before physics, see `simprep.metrics.evaluate.evaluate_motion`.
+        results: finished cases, in order.
+        complete: every case of the plan is finished.
+        wall_s: computing time [s].
+    """
+
+    plan: StudyPlan
+    scenarios: dict[Scenario, Motion] = field(default_factory=dict)
+    kinematic: dict[Scenario, Mapping[str, Any]] = field(default_factory=dict)
+    results: list[CaseResult] = field(default_factory=list)
+    complete: bool = False
+    wall_s: float = 0.0
+
+
+def run_study(
+    plan: StudyPlan,
+    on_progress: Callable[[str, float], None] | None = None,
+    motions_folder: Path | None = None,
+) -> Study:
+    """Run every case of a plan. Ctrl-C ends the study early and keeps the finished cases.
+
+    Arms that come out as the same motion (no preparation, at every level) are simulated once and reported for each.
+
+    Args:
+        plan: what to run.
+        on_progress: called with what is being done and the number of cases finished, in fractions.
+        motions_folder: where scenario motions, and the simulated motions of the first seed, are saved as they
+            are made; None to save none.
+
+    Returns:
+        The study; `complete` is False after Ctrl-C.
+    """
+    study = Study(plan)
+    tell = on_progress or (lambda what, done: None)
+    begin = perf_counter()
+    try:
+        for scenario in plan.scenarios():
+            tell(f"building {scenario.slug}", 0.0)
+            _build(study, scenario, motions_folder)
+        known: dict[tuple[bytes, float, str, int], CaseResult] = {}
+        for case in plan.cases():
+            motion = study.scenarios[case.scenario]
+            key = (motion.qpos.tobytes(), motion.fps, case.controller, case.seed)
+            if key in known:
+                study.results.append(CaseResult(case, known[key].metrics, known[key].simulated))
+                continue
+            label, done = f"{case.controller} {case.scenario.slug} seed {case.seed}", len(study.results)
+            tell(label, done)
+            run = track(
+                motion,
+                case.controller,
+                case.seed,
+                progress=lambda share, label=label, done=done: tell(label, done + share),  # type: ignore[misc]
+            )
+            known[key] = _measure(case, run, motion, motions_folder, keep=case.seed == plan.seeds[0])
+            study.results.append(known[key])
+        study.complete = True
+    except KeyboardInterrupt:
+        study.complete = False
+    study.wall_s = perf_counter() - begin
+    tell("done", len(study.results))
+    return study
+
+
+def launch_s(motion: Motion) -> float | None:
+    """Time at which the target movement is launched [s]; None where the motion does not say."""
+    return motion.events["launch"] / motion.fps if "launch" in motion.events else None
+
+
+def _build(study: Study, scenario: Scenario, folder: Path | None) -> None:
+    plan = study.plan
+    target = next(target for target in plan.targets if target.name == scenario.target)
+    motion = make_scenario(plan.locomotion, target, scenario.alpha, scenario.arm)
+    study.kinematic[scenario] = evaluate_motion(motion)
+    study.scenarios[scenario] = motion
+    if folder is not None:
+        save_motion(motion, folder / f"{scenario.slug}.npz")
+
+
+def _measure(case: Case, run: Run, motion: Motion, folder: Path | None, keep: bool) -> CaseResult:
+    metrics = evaluate_run(run, launch_s=launch_s(motion))
+    simulated = run.simulated_motion() if keep else None
+    if simulated is not None and folder is not None:
+        save_motion(simulated, folder / f"{case.scenario.slug}_{case.controller}.npz")
+    return CaseResult(case, metrics, simulated)
