@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from simprep.errors import MotionFileError
-from simprep.motion.formats.skeleton import SourceClip, axis_rotation, forward
+from simprep.motion.formats.skeleton import SourceClip, axis_rotation, forward, tidy_fps
 
 _JOINTS = (
     # name, parent, offset from the parent [m], values in a frame (0: fixed, 1: angle about z, 4: quaternion)
@@ -84,7 +84,7 @@ def read_deepmimic(path: Path) -> SourceClip:
         rotations=rotations,
         rest_positions=rest[0],
         rest_rotations=identity[0],
-        fps=1.0 / dt,
+        fps=tidy_fps(1.0 / dt),
         unit_m=1.0,
         up="y",
         step=step,
@@ -118,22 +118,28 @@ def _parse(path: Path) -> tuple[NDArray[np.float64], bool, list[str]]:
         raise MotionFileError(path, "'Frames' holds something other than numbers") from None
     if frames.ndim != 2:
         raise MotionFileError(path, "'Frames' holds something other than numbers")
+    notes: list[str] = []
     bad = np.flatnonzero(~np.isfinite(frames).all(axis=1))
     if len(bad):
         raise MotionFileError(path, f"frame {bad[0]} holds NaN or infinity")
     for name, column, width in _columns():
         if width == 4:
             norm = np.linalg.norm(frames[:, column : column + 4], axis=1)
-            # published clips hold linearly blended quaternions down to 0.88; they are normalised
-            wrong = np.flatnonzero(np.abs(norm - 1) > 0.3)
+            # published clips hold linearly blended quaternions down to 0.6
+            wrong = np.flatnonzero((norm < 0.3) | (norm > 1.5))
             if len(wrong):
                 raise MotionFileError(
                     path, f"frame {wrong[0]}: the quaternion of {name!r} has length {norm[wrong[0]]:.3g}; valid: 1"
                 )
+            if np.abs(norm - 1).max() > 0.05:
+                worst = int(np.argmax(np.abs(norm - 1)))
+                notes.append(
+                    f"the quaternion of {name!r} has length {norm[worst]:.2f} in frame {worst}, not 1: normalised"
+                )
     loop = content.get("Loop", "none")
     if loop not in ("wrap", "none", True, False):
         raise MotionFileError(path, f"'Loop' is {loop!r}; valid: 'wrap', 'none'")
-    return frames, loop in ("wrap", True), []
+    return frames, loop in ("wrap", True), notes
 
 
 def _columns() -> list[tuple[str, int, int]]:

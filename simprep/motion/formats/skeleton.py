@@ -46,6 +46,12 @@ class SourceClip:
     notes: tuple[str, ...] = ()
 
 
+def tidy_fps(fps: float) -> float:
+    """The whole number of frames per second that a rounded frame time (0.016667 s) stands for, if within 0.1 %."""
+    whole = float(round(fps))
+    return whole if whole > 0 and abs(fps - whole) < 1e-3 * whole else fps
+
+
 def forward(
     parents: NDArray[np.intp], offsets: NDArray[np.float64], rotations: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
