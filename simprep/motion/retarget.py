@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.errors import MotionError
-from simprep.humanoid import BODIES, HINGES, N_QVEL, Body, humanoid_model
-from simprep.motion.targets import ORIENTED, Targets, frame_from
+from simprep.humanoid import BODIES, N_QVEL, Body, hinge_index, humanoid_model
+from simprep.motion.targets import ORIENTED, Targets, frame_from, unit
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class RetargetSettings:
         posture_cost: pull of every hinge to 0 [1/rad], for what nothing else decides (twist of a straight limb).
         damping_cost: pull of every hinge to its value in the frame before [1/rad].
         iterations: steps per frame, from the frame before.
-        first_iterations: steps of the first frame, from the upright pose.
+        first_iterations: steps of the first frame, from a closed form.
     """
 
     position_cost: float = 1.0
@@ -40,7 +40,7 @@ class RetargetSettings:
     posture_cost: float = 0.004
     damping_cost: float = 0.01
     iterations: int = 2
-    first_iterations: int = 60
+    first_iterations: int = 20
 
 
 class BodyTask(mink.Task):  # type: ignore[misc]
@@ -132,18 +132,55 @@ class FloorLimit(mink.Limit):  # type: ignore[misc]
         return mink.Constraint(rows, height[close])
 
 
-def initial_pose(targets: Targets, body: Body) -> NDArray[np.float64]:
-    """Upright pose at the first frame's pelvis, turned as its hips and trunk.
+def closed_form_pose(targets: Targets, frame: int, body: Body) -> NDArray[np.float64]:
+    """A pose near a frame's targets in closed form, from which the iterations start.
+
+    Trunk: the rotation from pelvis to chest, half to each spine joint. Limbs: Euler angles (flexion, abduction,
+    rotation) of the frame that the limb's two bones span; starting elsewhere, a bent limb can stop in a mirror image.
+
+    Args:
+        targets: where the joints should be.
+        frame: which frame.
+        body: the humanoid.
 
     Returns:
-        (44,) qpos.
+        (44,) qpos within the limits.
     """
-    qpos = np.array(humanoid_model(body).qpos0)
-    first = targets.positions[0]
-    hips = first[BODIES.index("left_thigh")] - first[BODIES.index("right_thigh")]
-    frame = frame_from(hips, first[BODIES.index("thorax")] - first[0])
-    qpos[:3] = first[0]
-    qpos[3:7] = Rotation.from_matrix(frame).as_quat(scalar_first=True)
+    model = humanoid_model(body)
+    at = dict(zip(BODIES, targets.positions[frame]))
+    qpos = np.array(model.qpos0)
+    pelvis = frame_from(at["left_thigh"] - at["right_thigh"], at["abdomen"] - at["pelvis"])
+    thorax = frame_from(at["left_upper_arm"] - at["right_upper_arm"], at["neck"] - at["thorax"])
+    qpos[:3] = at["pelvis"]
+    qpos[3:7] = Rotation.from_matrix(pelvis).as_quat(scalar_first=True)
+    half = Rotation.from_rotvec(Rotation.from_matrix(pelvis.T @ thorax).as_rotvec() / 2)
+    flexion, bending, rotation = half.as_euler("YXZ")
+
+    def put(name: str, angle: float) -> None:
+        index = hinge_index(name)
+        low, high = model.jnt_range[1 + index]
+        qpos[7 + index] = np.clip(angle, low, high)
+
+    for segment in ("lumbar", "thorax"):
+        put(f"{segment}_flexion", flexion)
+        put(f"{segment}_bending", -bending)
+        put(f"{segment}_rotation", rotation)
+    for side, sign in (("left", 1.0), ("right", -1.0)):
+        for proximal, middle, distal, parent, forward, joint in (
+            ("upper_arm", "forearm", "hand", thorax, 1.0, "shoulder"),
+            ("thigh", "shank", "foot", pelvis, -1.0, "hip"),
+        ):
+            down = unit(at[f"{side}_{middle}"] - at[f"{side}_{proximal}"])
+            lower = unit(at[f"{side}_{distal}"] - at[f"{side}_{middle}"])
+            bend = float(np.arccos(np.clip(down @ lower, -1, 1)))
+            # x: where the limb folds to; of a straight limb, the parent's forward
+            x = forward * (lower - down * (down @ lower)) if bend > 0.15 else parent[:, 0]
+            limb = frame_from(np.cross(-down, x), -down)
+            flexion, abduction, rotation = Rotation.from_matrix(parent.T @ limb).as_euler("YXZ")
+            put(f"{side}_{joint}_flexion", -flexion)
+            put(f"{side}_{joint}_abduction", sign * abduction)
+            put(f"{side}_{joint}_rotation", -sign * rotation)
+            put(f"{side}_{'elbow' if joint == 'shoulder' else 'knee'}_flexion", max(bend, 0.1))
     return qpos
 
 
@@ -171,7 +208,7 @@ def solve(
     """
     settings = settings or RetargetSettings()
     model = humanoid_model(body)
-    configuration = mink.Configuration(model, initial_pose(targets, body))
+    configuration = mink.Configuration(model, closed_form_pose(targets, 0, body))
     task = BodyTask(model, settings, targets.oriented)
     posture_cost = np.full(N_QVEL, settings.posture_cost)
     posture_cost[:6] = 0.0
@@ -237,6 +274,3 @@ def residual_mm(qpos: NDArray[np.float64], targets: Targets, body: Body) -> floa
     ours = ours - ours[:, :1]
     wanted = targets.positions - targets.positions[:, :1]
     return float(np.linalg.norm(ours - wanted, axis=-1)[:, 1:].mean() * 1000)
-
-
-assert len(HINGES) + 6 == N_QVEL
