@@ -1,0 +1,344 @@
+"""Acclaim ASF (skeleton) and AMC (motion): bones with their own axes and degrees of freedom, frames of named values.
+
+A bone's rotation in the frame of its parent is C M C^-1, with C its `axis` and M its channels, both Euler angles about
+fixed axes in the order written (Lander 1998, "Working with motion capture file formats", Game Developer, January).
+With all channels at zero every bone has the orientation of the world, which is why rest orientations are the identity.
+Our joint of a bone is its beginning: its orientation is the bone's.
+"""
+
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.errors import MotionFileError
+from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, axis_rotation, forward
+from simprep.motion.formats.text import number, read_text
+
+DEFAULT_FPS = 120.0
+"""AMC files do not state their frame rate; CMU's, the usual source, are 120 frames/s."""
+MAX_BONES = 500
+_SECTIONS = ("version", "name", "units", "documentation", "root", "bonedata", "hierarchy", "skin")
+
+
+@dataclass
+class _Bone:
+    name: str
+    line: int
+    direction: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    length: float = 0.0
+    axis: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    dofs: tuple[str, ...] = ()
+
+
+@dataclass
+class _Skeleton:
+    bones: dict[str, _Bone] = field(default_factory=dict)
+    children: list[tuple[str, list[str], int]] = field(default_factory=list)
+    unit_m: float | None = None
+    degrees: bool = True
+    order: tuple[str, ...] = ()
+    root_axis: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    sections: set[str] = field(default_factory=set)
+
+
+def read_acclaim(path: Path) -> SourceClip:
+    """Read an AMC file with the ASF beside it.
+
+    The skeleton is the .asf of the same name, else the one whose name is the part before the first underscore (CMU:
+    02_01.amc belongs to 02.asf), else the only one in the folder.
+
+    Args:
+        path: the .amc file.
+
+    Raises:
+        MotionFileError: no skeleton, or either file malformed, with the line.
+    """
+    skeleton_path = find_skeleton(path)
+    skeleton = _read_skeleton(skeleton_path)
+    names, parents = _tree(skeleton_path, skeleton)
+    frames, degrees, rate = _read_motion(path, skeleton)
+    factor = np.pi / 180 if degrees else 1.0
+    count = len(next(iter(frames.values())))
+    if count * len(names) * 9 > MAX_VALUES:
+        raise MotionFileError(path, f"{count} frames of {len(names)} bones: more than can be imported")
+    offsets = np.zeros((len(names), 3))
+    local = np.tile(np.eye(3), (count, len(names), 1, 1))
+    place = np.zeros((count, 3))
+    for index, name in enumerate(names):
+        if name == "root":
+            turn = np.tile(np.eye(3), (count, 1, 1))
+            for column, channel in enumerate(skeleton.order):
+                if channel[0] == "t":
+                    place[:, "xyz".index(channel[1])] = frames["root"][:, column]
+                else:
+                    turn = axis_rotation(channel[1], frames["root"][:, column] * factor) @ turn
+            local[:, index] = skeleton.root_axis @ turn @ skeleton.root_axis.T
+            continue
+        bone = skeleton.bones.get(name)
+        parent = names[parents[index]]
+        if parent != "root":
+            offsets[index] = skeleton.bones[parent].direction * skeleton.bones[parent].length
+        if bone is None or name not in frames:
+            continue
+        turn = np.tile(np.eye(3), (count, 1, 1))
+        for column, channel in enumerate(bone.dofs):
+            if channel[0] == "r":
+                turn = axis_rotation(channel[1], frames[name][:, column] * factor) @ turn
+        local[:, index] = bone.axis @ turn @ bone.axis.T
+    positions, rotations = forward(parents, offsets, local)
+    positions += place[:, None]
+    identity = np.tile(np.eye(3), (1, len(names), 1, 1))
+    rest, _ = forward(parents, offsets, identity)
+    notes = [f"skeleton: {skeleton_path.name}"]
+    if rate is None:
+        rate = DEFAULT_FPS
+        notes.append(f"AMC files state no frame rate: taken as {DEFAULT_FPS:g} frames/s, CMU's")
+    return SourceClip(
+        path=path, format="Acclaim", names=names, parents=parents, positions=positions, rotations=rotations,
+        rest_positions=rest[0], rest_rotations=identity[0], fps=rate, unit_m=skeleton.unit_m, notes=tuple(notes),
+    )  # fmt: skip
+
+
+def find_skeleton(path: Path) -> Path:
+    """The .asf that belongs to an .amc.
+
+    Raises:
+        MotionFileError: none, or several of which none bears the take's name.
+    """
+    found = sorted(file for file in path.parent.iterdir() if file.suffix.lower() == ".asf")
+    for stem in (path.stem, path.stem.split("_")[0]):
+        for file in found:
+            if file.stem.lower() == stem.lower():
+                return file
+    if len(found) == 1:
+        return found[0]
+    wanted = f"{path.stem.split('_')[0]}.asf"
+    if not found:
+        raise MotionFileError(path, f"needs its skeleton, {wanted}, in the same folder; there is no .asf")
+    raise MotionFileError(
+        path, f"needs its skeleton, {wanted}, in the same folder; there are {', '.join(file.name for file in found[:8])}"
+    )
+
+
+def _lines(path: Path, what: str) -> list[tuple[int, list[str]]]:
+    text = read_text(path, what)
+    out = []
+    for index, line in enumerate(text.splitlines()):
+        tokens = line.split("#")[0].split()
+        if tokens:
+            out.append((index + 1, tokens))
+    return out
+
+
+def _read_skeleton(path: Path) -> _Skeleton:
+    skeleton = _Skeleton()
+    section = ""
+    bone: _Bone | None = None
+    for line, tokens in _lines(path, "an Acclaim skeleton (.asf)"):
+        key = tokens[0].lower()
+        if key.startswith(":"):
+            if bone is not None:
+                raise MotionFileError(path, f"section {tokens[0]} before the 'end' of bone {bone.name!r}", line)
+            section = key[1:]
+            if section not in _SECTIONS:
+                raise MotionFileError(path, f"section {tokens[0]!r}; valid: :{', :'.join(_SECTIONS)}", line)
+            skeleton.sections.add(section)
+        elif section == "units":
+            _unit(path, skeleton, tokens, line)
+        elif section == "root":
+            _root(path, skeleton, tokens, line)
+        elif section == "bonedata":
+            bone = _bone_line(path, skeleton, bone, tokens, line)
+        elif section == "hierarchy":
+            if key not in ("begin", "end"):
+                skeleton.children.append((tokens[0], tokens[1:], line))
+        elif section == "":
+            raise MotionFileError(path, f"begins with {tokens[0][:40]!r}; valid: an Acclaim skeleton", line)
+    for needed in ("units", "root", "bonedata", "hierarchy"):
+        if needed not in skeleton.sections:
+            raise MotionFileError(path, f"no section :{needed} (truncated?)")
+    if bone is not None:
+        raise MotionFileError(path, f"bone {bone.name!r} has no 'end' (truncated?)", bone.line)
+    if not skeleton.order:
+        raise MotionFileError(path, "the root has no 'order'")
+    return skeleton
+
+
+def _unit(path: Path, skeleton: _Skeleton, tokens: list[str], line: int) -> None:
+    if tokens[0].lower() == "length" and len(tokens) > 1:
+        length = number(path, tokens[1], "the length unit", line)
+        if length <= 0:
+            raise MotionFileError(path, f"length unit {length:g}; valid: above 0", line)
+        # the value divided by this number is inches
+        skeleton.unit_m = 0.0254 / length
+    elif tokens[0].lower() == "angle" and len(tokens) > 1:
+        if tokens[1].lower() not in ("deg", "rad"):
+            raise MotionFileError(path, f"angle unit {tokens[1]!r}; valid: deg, rad", line)
+        skeleton.degrees = tokens[1].lower() == "deg"
+
+
+def _euler(path: Path, skeleton: _Skeleton, values: list[str], order: str, what: str, line: int) -> NDArray[np.float64]:
+    """Rotation of Euler angles about fixed axes, the first of `order` first."""
+    if sorted(order.lower()) != ["x", "y", "z"]:
+        raise MotionFileError(path, f"axis order {order[:20]!r} of {what}; valid: an order of XYZ", line)
+    angles = [number(path, value, f"the axis of {what}", line) for value in values]
+    out = np.eye(3)
+    for axis, angle in zip(order.lower(), angles):
+        out = axis_rotation(axis, np.array(np.radians(angle) if skeleton.degrees else angle)) @ out
+    return out
+
+
+def _root(path: Path, skeleton: _Skeleton, tokens: list[str], line: int) -> None:
+    key = tokens[0].lower()
+    if key == "order":
+        order = tuple(token.lower() for token in tokens[1:])
+        if any(not re.fullmatch("[tr][xyz]", token) for token in order) or len(set(order)) < len(order):
+            raise MotionFileError(path, f"root order {' '.join(tokens[1:])!r}; valid: TX TY TZ RX RY RZ, each once", line)
+        skeleton.order = order
+    elif key == "orientation" and len(tokens) == 4:
+        angles = [number(path, value, "the root's orientation", line) for value in tokens[1:]]
+        if any(angles):
+            skeleton.root_axis = _euler(path, skeleton, tokens[1:], "xyz", "the root", line)
+
+
+def _bone_line(path: Path, skeleton: _Skeleton, bone: _Bone | None, tokens: list[str], line: int) -> _Bone | None:
+    key = tokens[0].lower()
+    if key == "begin":
+        if bone is not None:
+            raise MotionFileError(path, f"'begin' inside bone {bone.name!r}", line)
+        if len(skeleton.bones) >= MAX_BONES:
+            raise MotionFileError(path, f"more than {MAX_BONES} bones", line)
+        return _Bone("", line)
+    if bone is None:
+        raise MotionFileError(path, f"{tokens[0][:40]!r} outside of a bone; valid: begin", line)
+    if key == "end":
+        if not bone.name:
+            raise MotionFileError(path, "a bone without a name", line)
+        if bone.name in skeleton.bones or bone.name == "root":
+            raise MotionFileError(path, f"a second bone called {bone.name!r}", line)
+        skeleton.bones[bone.name] = bone
+        return None
+    if key == "name" and len(tokens) == 2:
+        bone.name = tokens[1]
+    elif key == "direction" and len(tokens) == 4:
+        bone.direction = np.array([number(path, t, f"the direction of {bone.name!r}", line) for t in tokens[1:]])
+        norm = float(np.linalg.norm(bone.direction))
+        if not 1e-6 < norm < 1e6:
+            raise MotionFileError(path, f"the direction of {bone.name!r} has length {norm:g}; valid: 1", line)
+        bone.direction /= norm
+    elif key == "length" and len(tokens) == 2:
+        bone.length = number(path, tokens[1], f"the length of {bone.name!r}", line)
+        if not 0 <= bone.length < 1e6:
+            raise MotionFileError(path, f"the length of {bone.name!r} is {bone.length:g}; valid: 0 to 1e6", line)
+    elif key == "axis" and len(tokens) == 5:
+        bone.axis = _euler(path, skeleton, tokens[1:4], tokens[4], repr(bone.name), line)
+    elif key == "dof":
+        bone.dofs = tuple(token.lower() for token in tokens[1:])
+        if any(not re.fullmatch("[tr][xyz]|l", token) for token in bone.dofs):
+            raise MotionFileError(path, f"dof {' '.join(tokens[1:])!r} of {bone.name!r}; valid: rx ry rz", line)
+    elif key in ("name", "direction", "length", "axis"):
+        raise MotionFileError(path, f"{' '.join(tokens)!r} has the wrong number of values", line)
+    return bone
+
+
+def _tree(path: Path, skeleton: _Skeleton) -> tuple[tuple[str, ...], NDArray[np.intp]]:
+    """Bones in an order in which parents precede children; the end of every last bone follows as `<bone>_end`."""
+    children: dict[str, list[str]] = {}
+    parent_of: dict[str, str] = {}
+    for parent, names, line in skeleton.children:
+        for name in (parent, *names):
+            if name != "root" and name not in skeleton.bones:
+                raise MotionFileError(path, f"the hierarchy names {name[:40]!r}, which has no bone data", line)
+        for name in names:
+            if name in parent_of or name == "root":
+                raise MotionFileError(path, f"{name!r} has two parents, or is its own ancestor", line)
+            parent_of[name] = parent
+            children.setdefault(parent, []).append(name)
+    names_out, parents, queue = ["root"], [-1], ["root"]
+    index = {"root": 0}
+    while queue:
+        parent = queue.pop(0)
+        for name in children.get(parent, []):
+            index[name] = len(names_out)
+            names_out.append(name)
+            parents.append(index[parent])
+            queue.append(name)
+    lost = sorted(set(skeleton.bones) - set(index))
+    if lost:
+        what = "in a cycle" if lost[0] in parent_of else "missing from the hierarchy"
+        raise MotionFileError(path, f"bone {lost[0]!r} is {what}: it does not hang on the root")
+    for name in list(names_out[1:]):
+        if name not in children:
+            names_out.append(f"{name}_end")
+            parents.append(index[name])
+    return tuple(names_out), np.array(parents, dtype=np.intp)
+
+
+def _read_motion(
+    path: Path, skeleton: _Skeleton
+) -> tuple[dict[str, NDArray[np.float64]], bool, float | None]:
+    """Values of every bone (T, dofs), whether they are degrees, and the frame rate if a comment states it."""
+    widths = {name: len(bone.dofs) for name, bone in skeleton.bones.items()}
+    widths["root"] = len(skeleton.order)
+    degrees = skeleton.degrees
+    values: dict[str, list[list[str]]] = {}
+    lines_of: dict[str, list[int]] = {}
+    frames, here, began = 0, set[str](), False
+    for line, tokens in _lines(path, "an Acclaim motion (.amc)"):
+        key = tokens[0]
+        if key.startswith(":"):
+            if key.upper() in (":DEGREES", ":RADIANS"):
+                degrees = key.upper() == ":DEGREES"
+            continue
+        if len(tokens) == 1 and key.lstrip("-").isdigit():
+            if began and frames and values and len(here) < len(values):
+                raise _incomplete(path, frames, here, values, line)
+            if int(key) < 0:
+                raise MotionFileError(path, f"frame number {key}; valid: 1 or more", line)
+            frames, here, began = frames + 1, set(), True
+            continue
+        if not began:
+            raise MotionFileError(path, f"{key[:40]!r} before the first frame number", line)
+        if key not in widths:
+            shown = ", ".join(list(widths)[:12])
+            raise MotionFileError(path, f"bone {key[:40]!r}, which the skeleton lacks; it has {shown}, ...", line)
+        if len(tokens) - 1 != widths[key]:
+            raise MotionFileError(path, f"{len(tokens) - 1} values of {key!r}; valid: {widths[key]}", line)
+        if key in here:
+            raise MotionFileError(path, f"bone {key!r} twice in a frame", line)
+        if frames > 1 and key not in values:
+            raise MotionFileError(path, f"bone {key!r} in frame {frames} but not in the first", line)
+        here.add(key)
+        values.setdefault(key, []).append(tokens[1:])
+        lines_of.setdefault(key, []).append(line)
+    if not frames or not values:
+        raise MotionFileError(path, "no frames")
+    if len(here) < len(values):
+        raise _incomplete(path, frames, here, values, None)
+    if "root" not in values:
+        raise MotionFileError(path, "no values of the root")
+    out = {}
+    for name, rows in values.items():
+        try:
+            out[name] = np.array(rows, dtype=np.float64)
+        except ValueError:
+            for row, line in zip(rows, lines_of[name]):
+                for token in row:
+                    number(path, token, f"a value of {name!r}", line)
+            raise
+        bad = np.flatnonzero(~np.isfinite(out[name]).all(axis=1))
+        if len(bad):
+            raise MotionFileError(path, f"NaN or infinity among the values of {name!r}", lines_of[name][bad[0]])
+        if np.abs(out[name]).max() > 1e6:
+            raise MotionFileError(path, f"values of {name!r} beyond 1e6", lines_of[name][0])
+    return out, degrees, None
+
+
+def _incomplete(
+    path: Path, frame: int, here: set[str], values: dict[str, list[list[str]]], line: int | None
+) -> MotionFileError:
+    missing = [name for name in values if name not in here]
+    return MotionFileError(path, f"frame {frame} has no values of {missing[0]!r} (truncated?)", line)

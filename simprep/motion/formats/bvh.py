@@ -1,0 +1,220 @@
+"""Biovision BVH files: a joint hierarchy with channels, then one line of numbers per frame."""
+
+import math
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.errors import MotionFileError
+from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, axis_rotation, forward, tidy_fps
+from simprep.motion.formats.text import number, numbers, read_text
+
+MAX_JOINTS = 2000
+_CHANNELS = {f"{axis}{kind}": (kind, axis) for axis in "xyz" for kind in ("position", "rotation")}
+
+
+@dataclass
+class _Joint:
+    name: str
+    parent: int
+    line: int
+    offset: list[float] | None = None
+    channels: list[tuple[str, str]] = field(default_factory=list)  # (position or rotation, axis), file order
+
+
+def read_bvh(path: Path) -> SourceClip:
+    """Read a BVH file.
+
+    Position channels on inner joints (some exporters write all six on every joint) replace the OFFSET where they
+    contain it, and are added to it where they do not; which, is noted.
+
+    Args:
+        path: the file.
+
+    Returns:
+        The clip in file units and file axes.
+
+    Raises:
+        MotionFileError: anything malformed, with the line.
+    """
+    lines = read_text(path, "a BVH file").splitlines()
+    joints, at = _hierarchy(path, lines)
+    count, frame_time, at = _motion_header(path, lines, at)
+    columns = sum(len(joint.channels) for joint in joints)
+    if columns == 0:
+        raise MotionFileError(path, "no joint has channels")
+    if count * max(columns, 9 * len(joints)) > MAX_VALUES:
+        raise MotionFileError(path, f"{count} frames of {len(joints)} joints declared: more than can be imported")
+    values = numbers(path, lines[at:], at + 1, columns)
+    if len(values) != count:
+        raise MotionFileError(path, f"{count} frames declared, {len(values)} present")
+    return _clip(path, joints, values, tidy_fps(1 / frame_time))
+
+
+def _hierarchy(path: Path, lines: list[str]) -> tuple[list[_Joint], int]:
+    """Joints in file order, and the index of the line after MOTION; a loop, so that depth costs nothing."""
+    joints: list[_Joint] = []
+    stack: list[int] = []
+    seen: set[str] = set()
+    pending: _Joint | None = None
+    started = False
+    for index, text in enumerate(lines):
+        tokens = text.replace("{", " { ").replace("}", " } ").split()
+        line = index + 1
+        while tokens:
+            word = tokens.pop(0)
+            key = word.upper()
+            if not started:
+                if key.lstrip("\ufeff") != "HIERARCHY":
+                    raise MotionFileError(path, f"begins with {word[:40]!r}; valid: HIERARCHY", line)
+                started = True
+            elif key in ("ROOT", "JOINT", "END"):
+                if pending is not None:
+                    raise MotionFileError(path, f"{word} before the '{{' of {pending.name!r}", line)
+                if key == "ROOT" and joints:
+                    raise MotionFileError(path, "a second ROOT; valid: one skeleton in a file", line)
+                if key != "ROOT" and not stack:
+                    raise MotionFileError(path, f"{word} outside of the ROOT", line)
+                name = " ".join(tokens[: tokens.index("{")] if "{" in tokens else tokens)
+                tokens = tokens[tokens.index("{") :] if "{" in tokens else []
+                if key == "END":
+                    name = f"{joints[stack[-1]].name}_end"
+                elif not name:
+                    raise MotionFileError(path, f"{word} without a name", line)
+                elif name in seen:
+                    raise MotionFileError(path, f"a second joint called {name!r}", line)
+                seen.add(name)
+                pending = _Joint(name, stack[-1] if stack else -1, line)
+                if len(joints) >= MAX_JOINTS:
+                    raise MotionFileError(path, f"more than {MAX_JOINTS} joints", line)
+            elif key == "{":
+                if pending is None:
+                    raise MotionFileError(path, "'{' without a joint", line)
+                stack.append(len(joints))
+                joints.append(pending)
+                pending = None
+            elif key == "}":
+                if not stack:
+                    raise MotionFileError(path, "'}' without a '{'", line)
+                _finish(path, joints[stack.pop()], line)
+            elif key == "OFFSET":
+                if not stack or len(tokens) < 3:
+                    raise MotionFileError(path, "OFFSET needs a joint and 3 numbers", line)
+                joint = joints[stack[-1]]
+                joint.offset = [number(path, token, f"the offset of {joint.name!r}", line) for token in tokens[:3]]
+                tokens = tokens[3:]
+            elif key == "CHANNELS":
+                if not stack or not tokens:
+                    raise MotionFileError(path, "CHANNELS needs a joint and a count", line)
+                tokens = _channels(path, joints[stack[-1]], tokens, line)
+            elif key == "MOTION":
+                if stack or pending is not None or not joints:
+                    where = joints[stack[-1]].name if stack else "the hierarchy"
+                    raise MotionFileError(path, f"MOTION before the '}}' of {where!r}", line)
+                return joints, index + 1
+            else:
+                valid = "ROOT, JOINT, End Site, OFFSET, CHANNELS, braces, MOTION"
+                raise MotionFileError(path, f"unknown word {word[:40]!r}; valid: {valid}", line)
+    raise MotionFileError(path, "no MOTION section (truncated?)" if started else "empty; valid: a BVH file", len(lines))
+
+
+def _finish(path: Path, joint: _Joint, line: int) -> None:
+    if joint.offset is None:
+        raise MotionFileError(path, f"joint {joint.name!r} has no OFFSET", line)
+    if max(abs(value) for value in joint.offset) > 1e6:
+        raise MotionFileError(path, f"the offset of {joint.name!r} is beyond 1e6 units", joint.line)
+
+
+def _channels(path: Path, joint: _Joint, tokens: list[str], line: int) -> list[str]:
+    count = number(path, tokens[0], f"the channel count of {joint.name!r}", line)
+    if count not in range(7) or len(tokens) <= count:
+        raise MotionFileError(
+            path, f"{tokens[0]} channels of {joint.name!r}, {len(tokens) - 1} named; valid: 0 to 6, all on this line", line
+        )
+    names = tokens[1 : 1 + int(count)]
+    for name in names:
+        if name.lower() not in _CHANNELS:
+            valid = "Xposition, Yposition, Zposition, Xrotation, Yrotation, Zrotation"
+            raise MotionFileError(path, f"channel {name[:40]!r} of {joint.name!r}; valid: {valid}", line)
+    channels = [_CHANNELS[name.lower()] for name in names]
+    if len(set(channels)) < len(channels) or joint.channels:
+        raise MotionFileError(path, f"joint {joint.name!r} has a channel twice", line)
+    joint.channels = channels
+    return tokens[1 + int(count) :]
+
+
+def _motion_header(path: Path, lines: list[str], at: int) -> tuple[int, float, int]:
+    count: int | None = None
+    for index in range(at, len(lines)):
+        text = lines[index].strip()
+        if not text:
+            continue
+        line = index + 1
+        key, _, value = text.partition(":")
+        key = " ".join(key.lower().split())
+        if key == "frames":
+            declared = number(path, value.strip() or "nothing", "the number of frames", line)
+            if declared != int(declared) or declared < 1:
+                raise MotionFileError(path, f"{value.strip()} frames; valid: a whole number, 1 or more", line)
+            count = int(declared)
+        elif key == "frame time":
+            frame_time = number(path, value.strip() or "nothing", "the frame time", line)
+            if not 1e-3 <= frame_time <= 1:
+                raise MotionFileError(path, f"frame time {frame_time:g} s; valid: 0.001 to 1 (1000 to 1 frames/s)", line)
+            if count is None:
+                raise MotionFileError(path, "'Frame Time:' before 'Frames:'", line)
+            return count, frame_time, index + 1
+        else:
+            raise MotionFileError(path, f"{text[:40]!r} found; valid: 'Frames:' then 'Frame Time:'", line)
+    raise MotionFileError(path, "no 'Frames:' and 'Frame Time:' after MOTION (truncated?)", len(lines))
+
+
+def _clip(path: Path, joints: list[_Joint], values: NDArray[np.float64], fps: float) -> SourceClip:
+    parents = np.array([joint.parent for joint in joints], dtype=np.intp)
+    offsets = np.array([joint.offset for joint in joints], dtype=np.float64)
+    n = len(values)
+    local = np.tile(np.eye(3), (n, len(joints), 1, 1))
+    place = np.tile(offsets, (n, 1, 1))
+    column = 0
+    moving: list[str] = []
+    notes: list[str] = []
+    for index, joint in enumerate(joints):
+        moved = np.zeros((n, 3))
+        has_position = False
+        for kind, axis in joint.channels:
+            if kind == "rotation":
+                local[:, index] = local[:, index] @ axis_rotation(axis, np.radians(values[:, column]))
+            else:
+                moved[:, "xyz".index(axis)] = values[:, column]
+                has_position = True
+            column += 1
+        if not has_position:
+            continue
+        contains = np.abs(moved - offsets[index]).mean() <= np.abs(moved).mean()
+        if index == 0 or not contains:
+            place[:, index] += moved
+        else:
+            place[:, index] = moved
+        if index > 0:
+            moving.append(joint.name)
+    if moving:
+        length = np.linalg.norm(place[:, 1:], axis=-1)
+        change = float(np.ptp(length, axis=0).max()) if n > 1 else 0.0
+        notes.append(
+            f"{len(moving)} inner joints have position channels (followed: bone lengths vary by up to {change:.3g} file "
+            f"units): {', '.join(moving[:6])}{', ...' if len(moving) > 6 else ''}"
+        )
+    if np.abs(place).max() > 1e7:
+        raise MotionFileError(path, "positions beyond 1e7 units")
+    positions, rotations = forward(parents, place, local)
+    identity = np.tile(np.eye(3), (1, len(joints), 1, 1))
+    rest, _ = forward(parents, offsets, identity)
+    if not math.isfinite(float(positions.sum())):
+        raise MotionFileError(path, "positions that are not finite")
+    return SourceClip(
+        path=path, format="BVH", names=tuple(joint.name for joint in joints), parents=parents,
+        positions=positions, rotations=rotations, rest_positions=rest[0], rest_rotations=identity[0],
+        fps=fps, notes=tuple(notes),
+    )  # fmt: skip
