@@ -1,0 +1,207 @@
+"""Balance: where the centre of mass, its extrapolation and the zero moment point lie against the support polygon.
+
+Support is feet only: while hands, knees or obstacles bear load (crawling) the true support is larger than the polygon
+here, and these numbers understate balance.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.humanoid import humanoid_model
+from simprep.metrics.dynamics import GRAVITY, residual_wrench, whole_body, zero_moment_point
+from simprep.metrics.smoothing import smooth_motion
+from simprep.metrics.support import signed_distance, support_centre, support_mask
+from simprep.motion.kinematics import foot_geom_ids
+from simprep.motion.motion import Motion
+
+_LOWEST_PENDULUM_M = 0.2
+_RESIDUAL_STRIDE = 2  # of the 60 Hz frames: the contact problem is solved at 30 Hz
+
+
+@dataclass(frozen=True)
+class Balance:
+    """Balance of every frame at 60 Hz; NaN where the quantity does not exist (no foot supports; flight).
+
+    Attributes:
+        time: (n,) seconds from the first frame.
+        com: (n, 3) centre of mass [m].
+        support_centre: (n, 2) centre of the support polygon on the floor [m].
+        foot_points: (n, 8, 2) foot points on the floor, left then right [m].
+        support: (n, 8) which of them support.
+        com_cos: (n,) COM to centre of support on the floor [m].
+        com_to_edge: (n,) COM to the polygon's edge, positive inside [m].
+        xcom: (n, 2) extrapolated centre of mass [m].
+        margin: (n,) margin of stability: XcoM to the polygon's edge, positive inside [m].
+        zmp: (n, 2) zero moment point that the motion needs [m].
+        zmp_to_edge: (n,) ZMP to the polygon's edge, positive inside [m]; NaN near the ends of the motion.
+        residual_time: (k,) times of the residual wrench, at 30 Hz [s].
+        residual_force: (k,) needed external force that no contact of the supporting feet could supply [N].
+        residual_torque: (k,) the same for the torque about the COM [N m].
+    """
+
+    time: NDArray[np.float64]
+    com: NDArray[np.float64]
+    support_centre: NDArray[np.float64]
+    foot_points: NDArray[np.float64]
+    support: NDArray[np.bool_]
+    com_cos: NDArray[np.float64]
+    com_to_edge: NDArray[np.float64]
+    xcom: NDArray[np.float64]
+    margin: NDArray[np.float64]
+    zmp: NDArray[np.float64]
+    zmp_to_edge: NDArray[np.float64]
+    residual_time: NDArray[np.float64]
+    residual_force: NDArray[np.float64]
+    residual_torque: NDArray[np.float64]
+
+
+def extrapolated_com(
+    com: NDArray[np.float64], velocity: NDArray[np.float64], gravity: float = GRAVITY
+) -> NDArray[np.float64]:
+    """Hof's extrapolated centre of mass, XcoM = com + v / omega0, omega0 = sqrt(g / l).
+
+    l is the height of the COM above the floor at that frame (at least 0.2 m), the length of the linear inverted pendulum;
+    Hof et al. (2005, J Biomech 38:1) take leg length times a factor, which is close to it when upright.
+    The XcoM inside the support polygon means that a pendulum could stop without a step. It hides that people may step,
+    swing their arms, or have no wish to stop: a healthy walk has negative margins in the direction of travel.
+
+    Args:
+        com: (n, 3) [m], floor at z = 0.
+        velocity: (n, 3) [m/s].
+        gravity: [m/s^2].
+
+    Returns:
+        (n, 2) on the floor [m].
+    """
+    omega = np.sqrt(gravity / np.maximum(com[:, 2], _LOWEST_PENDULUM_M))
+    return np.asarray(com[:, :2] + velocity[:, :2] / omega[:, None])
+
+
+def balance(motion: Motion, friction: float = 1.0) -> Balance:
+    """Balance of a kinematic or simulated motion, from its poses and foot contacts alone.
+
+    Args:
+        motion: at least 2 frames.
+        friction: of the floor, for the residual wrench.
+
+    Returns:
+        Balance at 60 Hz.
+    """
+    model = humanoid_model(motion.body)
+    smooth = smooth_motion(motion)
+    feet = foot_geom_ids(motion.body)
+    body = whole_body(model, smooth.qpos, smooth.qvel, smooth.qacc, geoms=feet)
+    points = body.geom_centres - model.geom_size[feet, :1] * [0.0, 0.0, 1.0]  # (n, 2, 4, 3)
+    n = len(points)
+    mask = support_mask(points, smooth.contacts).reshape(n, -1)
+    points = points.reshape(n, -1, 3)
+    floor = points[..., :2]
+    com = body.com[:, :2]
+    centre = support_centre(floor, mask)
+    xcom = extrapolated_com(body.com, body.com_velocity)
+    zmp = zero_moment_point(body.com, body.force, body.torque, float(model.body_mass.sum()) * GRAVITY)
+    zmp[~smooth.interior] = np.nan
+    rows = np.flatnonzero(smooth.interior)[::_RESIDUAL_STRIDE]
+    force, torque = residual_wrench(
+        body.com[rows], body.force[rows], body.torque[rows], points[rows], mask[rows], friction
+    )
+    return Balance(
+        time=smooth.time,
+        com=body.com,
+        support_centre=centre,
+        foot_points=floor,
+        support=mask,
+        com_cos=np.linalg.norm(com - centre, axis=1),
+        com_to_edge=signed_distance(floor, mask, com),
+        xcom=xcom,
+        margin=signed_distance(floor, mask, xcom),
+        zmp=zmp,
+        zmp_to_edge=signed_distance(floor, mask, zmp),
+        residual_time=smooth.time[rows],
+        residual_force=force,
+        residual_torque=torque,
+    )
+
+
+def posture_summary(series: Balance, frames: NDArray[np.bool_] | None = None) -> dict[str, float]:
+    """Balance of the poses and velocities over the frames in which a foot supports.
+
+    - `com_cos_mm`: mean distance of the COM to the centre of support on the floor, the cost that the 2013 paper optimises (Eq. 6).
+      Captures how centred the weight is; hides direction, and that walking means leaving the centre.
+    - `com_inside_share`: share of those frames with the COM inside the polygon. Hides by how much, and all dynamics.
+    - `com_to_edge_mm`: mean signed distance to the edge, positive inside. Hides the worst moment.
+    - `margin_of_stability_mm`, `margin_of_stability_p5_mm`: mean and 5th percentile of Hof's margin (`extrapolated_com`).
+    - `unsupported_share`: share of all frames left out of the numbers above because no foot supports. Read it with
+      them: a motion that jumps past its bad moments looks balanced.
+
+    Args:
+        series: from `balance`.
+        frames: (n,) frames to use; None for all.
+
+    Returns:
+        The numbers by name; NaN where no frame has support.
+    """
+    use = np.ones(len(series.time), dtype=bool) if frames is None else frames
+    supported = use & series.support.any(axis=1)
+    margin = series.margin[supported]
+    return {
+        "com_cos_mm": 1e3 * mean(series.com_cos[supported]),
+        "com_inside_share": mean(series.com_to_edge[supported] >= 0),
+        "com_to_edge_mm": 1e3 * mean(series.com_to_edge[supported]),
+        "margin_of_stability_mm": 1e3 * mean(margin),
+        "margin_of_stability_p5_mm": 1e3 * float(np.percentile(margin, 5)) if len(margin) else np.nan,
+        "unsupported_share": 1.0 - mean(supported[use]),
+    }
+
+
+def plausibility_summary(series: Balance) -> dict[str, float]:
+    """Whether floor contact could produce the motion.
+
+    - `zmp_to_edge_mm`: mean signed distance of the ZMP to the polygon's edge, positive inside; `zmp_inside_share`: share
+      inside. Frames in flight or without support are left out, so look at the residual too.
+    - `residual_force_n`, `residual_torque_nm`: mean of the invisible hand's push (`residual_wrench`), flight included;
+      `residual_force_p95_n`, `residual_torque_p95_nm`: 95th percentiles.
+
+    Args:
+        series: from `balance`.
+
+    Returns:
+        The numbers by name; NaN where they do not exist.
+    """
+    zmp = series.zmp_to_edge[np.isfinite(series.zmp_to_edge)]
+    has = len(series.residual_force) > 0
+    return {
+        "zmp_to_edge_mm": 1e3 * mean(zmp),
+        "zmp_inside_share": mean(zmp >= 0),
+        "residual_force_n": mean(series.residual_force),
+        "residual_force_p95_n": float(np.percentile(series.residual_force, 95)) if has else np.nan,
+        "residual_torque_nm": mean(series.residual_torque),
+        "residual_torque_p95_nm": float(np.percentile(series.residual_torque, 95)) if has else np.nan,
+    }
+
+
+def mean(values: NDArray[np.float64] | NDArray[np.bool_]) -> float:
+    """Arithmetic mean; NaN for no values, without a warning."""
+    return float(np.mean(values)) if len(values) else float("nan")
+
+
+def centre_of_pressure_to_edge(
+    series: Balance, time: NDArray[np.float64], centre_of_pressure: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Signed distance of a simulated run's measured centre of pressure to the edge of the support polygon.
+
+    How close the foot is to tipping: near zero the body pivots about an edge. Outside (negative) means that
+    something other than the two feet bears load, or that a foot pushed with a part that the polygon lacks.
+
+    Args:
+        series: balance of the simulated motion.
+        time: (N,) times of the measurements from the motion's first frame [s].
+        centre_of_pressure: (N, 2) on the floor [m]; NaN where nothing presses.
+
+    Returns:
+        (n,) [m] at the times of `series`; NaN without support or pressure.
+    """
+    nearest = np.clip(np.searchsorted(time, series.time - 1e-9), 0, len(time) - 1)
+    return signed_distance(series.foot_points, series.support, centre_of_pressure[nearest])

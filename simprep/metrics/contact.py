@@ -1,0 +1,166 @@
+"""Contact: do the feet stay where they stand, and does the body stay above the floor."""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.humanoid import Body, humanoid_model
+from simprep.motion.contacts import stances
+from simprep.motion.kinematics import foot_geom_ids
+from simprep.motion.motion import Motion
+
+SLIP_HZ = 60.0
+CARRYING_HEIGHT_M = 0.005
+SLIP_FLOOR_MM_PER_STANCE = 1.0
+_GAP_S = 0.06
+
+
+@dataclass(frozen=True)
+class FootSlip:
+    """Slip of the carrying foot points while their foot is in contact, both feet together.
+
+    Attributes:
+        travel_m: path length slipped [m].
+        contact_s: time in contact that was measured, summed over feet [s].
+        duration_s: length of the motion [s].
+        stance_count: stances; contact gaps under 0.06 s do not end one.
+    """
+
+    travel_m: float
+    contact_s: float
+    duration_s: float
+    stance_count: int
+
+    @property
+    def mm_per_stance(self) -> float:
+        """Slip per stance [mm]; NaN without a stance."""
+        return 1e3 * self.travel_m / self.stance_count if self.stance_count else float("nan")
+
+    @property
+    def contact_m_per_s(self) -> float:
+        """Mean slip speed during contact [m/s]; NaN without contact."""
+        return self.travel_m / self.contact_s if self.contact_s > 0 else float("nan")
+
+
+def sphere_slip(
+    centres: NDArray[np.float64], rotations: NDArray[np.float64], radius: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Distance that the lowest material point of each sphere slides over the floor between frames.
+
+    A sphere that rolls carries its lowest geometric point along without sliding; what slides is the material there. Its step is
+    the centre's plus that of the arm from the centre to the floor under the rotation, averaged over forward and
+    backward so that the result does not depend on the direction of time.
+
+    Args:
+        centres: (n, ..., 3) sphere centres [m].
+        rotations: (n, ..., 3, 3) orientations of the bodies that carry them.
+        radius: (...) [m].
+
+    Returns:
+        (n - 1, ...) horizontal slip [m].
+    """
+    turn = rotations[1:] @ np.swapaxes(rotations[:-1], -1, -2)
+    # arm = radius * (0, 0, -1): forward (turn - 1) arm, backward (1 - turn^T) arm
+    arm_step = -0.5 * radius[..., None] * (turn[..., :, 2] - turn[..., 2, :])
+    return np.asarray(np.linalg.norm((np.diff(centres, axis=0) + arm_step)[..., :2], axis=-1))
+
+
+def foot_slip(motion: Motion) -> FootSlip:
+    """How far feet in contact slide.
+
+    Every frame interval with the foot in contact at both ends counts, sampled at about 60 Hz (every k-th frame, so that noise
+    does not add up with the frame rate). The carrying points are those of the four foot spheres at most 5 mm above the foot's
+    lowest; their slip (`sphere_slip`) is averaged. Rolling from heel over ball to toe is not slip. It captures sliding and
+    pivoting; it hides which contact rule set the flags (a lenient one counts the end of the swing as slip), and a foot that hovers.
+
+    Args:
+        motion: a motion of at least 2 frames, with its contact flags (measured ones for a simulated motion).
+
+    Returns:
+        FootSlip.
+    """
+    model = humanoid_model(motion.body)
+    feet = foot_geom_ids(motion.body)
+    stride = max(1, round(motion.fps / SLIP_HZ))
+    centres, rotations = _foot_frames(motion.qpos[::stride], motion.body)
+    contacts = motion.contacts[::stride]
+    radius = model.geom_size[feet, 0]
+    slip = sphere_slip(centres, rotations[:, :, None], radius)  # (n - 1, 2, 4)
+    bottom = centres[..., 2] - radius
+    height = (bottom[1:] + bottom[:-1]) / 2
+    carrying = height <= height.min(axis=2, keepdims=True) + CARRYING_HEIGHT_M
+    travel = (slip * carrying).sum(axis=2) / carrying.sum(axis=2)
+    stands = contacts[1:] & contacts[:-1]
+    interval = stride / motion.fps
+    return FootSlip(
+        travel_m=float(travel[stands].sum()),
+        contact_s=float(stands.sum()) * interval,
+        duration_s=len(stands) * interval,
+        stance_count=sum(_stance_count(contacts[:, side], interval) for side in (0, 1)),
+    )
+
+
+def slip_ratio(simulated: FootSlip, reference: FootSlip) -> float:
+    """Slip of a simulated motion over its reference's, per second of motion.
+
+    Per second of motion and not per stance, as a foot that chatters makes many short stances. References whose feet
+    hardly move would make any simulation look bad, so a reference counts as slipping at least 1 mm per stance.
+
+    Args:
+        simulated: slip with the measured contacts.
+        reference: slip of the reference over the same time, with its own contacts.
+
+    Returns:
+        The ratio; NaN where either has no duration or the reference no stance.
+    """
+    if simulated.duration_s <= 0 or reference.duration_s <= 0 or reference.stance_count == 0:
+        return float("nan")
+    least = 1e-3 * SLIP_FLOOR_MM_PER_STANCE * reference.stance_count
+    return (simulated.travel_m / simulated.duration_s) / (max(reference.travel_m, least) / reference.duration_s)
+
+
+def floor_penetration(motion: Motion) -> NDArray[np.float64]:
+    """Deepest point of any colliding geom below the floor z = 0, per frame.
+
+    Exact for the spheres and capsules that the humanoid collides with. Hides self-penetration and obstacles.
+
+    Returns:
+        (T,) depth [m], 0 or more.
+    """
+    model = humanoid_model(motion.body)
+    data = mujoco.MjData(model)
+    geoms = np.flatnonzero(model.geom_contype > 0)
+    capsule = model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_CAPSULE
+    radius = model.geom_size[geoms, 0]
+    half = np.where(capsule, model.geom_size[geoms, 1], 0.0)
+    depth = np.empty(len(motion))
+    for frame in range(len(motion)):
+        data.qpos[:] = motion.qpos[frame]
+        mujoco.mj_kinematics(model, data)
+        lowest = data.geom_xpos[geoms, 2] - half * np.abs(data.geom_xmat[geoms, 8]) - radius
+        depth[frame] = max(0.0, -lowest.min())
+    return depth
+
+
+def _foot_frames(qpos: NDArray[np.float64], body: Body) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    model = humanoid_model(body)
+    data = mujoco.MjData(model)
+    feet = foot_geom_ids(body)
+    bodies = model.geom_bodyid[feet[:, 0]]
+    centres, rotations = np.empty((len(qpos), *feet.shape, 3)), np.empty((len(qpos), 2, 3, 3))
+    for frame in range(len(qpos)):
+        data.qpos[:] = qpos[frame]
+        mujoco.mj_kinematics(model, data)
+        centres[frame] = data.geom_xpos[feet]
+        rotations[frame] = data.xmat[bodies].reshape(2, 3, 3)
+    return centres, rotations
+
+
+def _stance_count(contact: NDArray[np.bool_], interval: float) -> int:
+    closed = contact.copy()
+    for first, after in stances(~contact):
+        if first > 0 and after < len(contact) and (after - first) * interval < _GAP_S:
+            closed[first:after] = True
+    return len(stances(closed))

@@ -1,0 +1,152 @@
+"""Whole-body dynamics of a smooth motion, from MuJoCo: momenta and the external wrench that the motion needs."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import nnls
+
+GRAVITY = 9.81
+FLIGHT_SHARE = 0.1
+"""Below this share of body weight a vertical force is too small to have a meaningful centre of pressure."""
+
+
+@dataclass(frozen=True)
+class WholeBody:
+    """Whole-body quantities of n frames, world frame.
+
+    Attributes:
+        com: (n, 3) centre of mass [m].
+        com_velocity: (n, 3) [m/s].
+        angular_momentum: (n, 3) about the COM [kg m^2/s].
+        force: (n, 3) external force that the accelerations need, gravity not counted as external [N].
+        torque: (n, 3) the same wrench's moment about the COM [N m].
+        geom_centres: (n, g, 3) centres of the geoms asked for [m].
+        body_rotations: (n, b, 3, 3) orientations of the bodies asked for.
+    """
+
+    com: NDArray[np.float64]
+    com_velocity: NDArray[np.float64]
+    angular_momentum: NDArray[np.float64]
+    force: NDArray[np.float64]
+    torque: NDArray[np.float64]
+    geom_centres: NDArray[np.float64]
+    body_rotations: NDArray[np.float64]
+
+
+def whole_body(
+    model: Any,
+    qpos: NDArray[np.float64],
+    qvel: NDArray[np.float64],
+    qacc: NDArray[np.float64],
+    geoms: NDArray[np.intp] | None = None,
+    bodies: NDArray[np.intp] | None = None,
+) -> WholeBody:
+    """Momenta and needed external wrench by recursive Newton-Euler inverse dynamics (`mj_rne`).
+
+    The root's six rows of M qacc + C are what the world must push with, as no actuator acts on a free root. It captures
+    everything a rigid body model knows (angular momentum included) and hides what the model lacks, such as soft tissue.
+
+    Args:
+        model: mujoco.MjModel whose first joint is the free joint of its one kinematic tree.
+        qpos: (n, nq).
+        qvel: (n, nv).
+        qacc: (n, nv).
+        geoms: geom ids whose centres are wanted.
+        bodies: body ids whose orientations are wanted.
+
+    Returns:
+        WholeBody.
+    """
+    data = mujoco.MjData(model)
+    n = len(qpos)
+    geoms = np.empty(0, dtype=np.intp) if geoms is None else geoms
+    bodies = np.empty(0, dtype=np.intp) if bodies is None else bodies
+    com, velocity, angular = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
+    force, torque = np.empty((n, 3)), np.empty((n, 3))
+    centres, rotations = np.empty((n, *geoms.shape, 3)), np.empty((n, len(bodies), 3, 3))
+    needed = np.empty(model.nv)
+    for frame in range(n):
+        data.qpos[:], data.qvel[:], data.qacc[:] = qpos[frame], qvel[frame], qacc[frame]
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        mujoco.mj_comVel(model, data)
+        mujoco.mj_subtreeVel(model, data)
+        mujoco.mj_rne(model, data, 1, needed)
+        com[frame] = data.subtree_com[1]
+        velocity[frame] = data.subtree_linvel[1]
+        angular[frame] = data.subtree_angmom[1]
+        force[frame] = needed[:3]
+        moment = data.xmat[1].reshape(3, 3) @ needed[3:6]  # about the root's origin, in its own frame until here
+        torque[frame] = moment + np.cross(data.xpos[1] - data.subtree_com[1], needed[:3])
+        centres[frame] = data.geom_xpos[geoms]
+        rotations[frame] = data.xmat[bodies].reshape(-1, 3, 3)
+    return WholeBody(com, velocity, angular, force, torque, centres, rotations)
+
+
+def zero_moment_point(
+    com: NDArray[np.float64], force: NDArray[np.float64], torque: NDArray[np.float64], weight: float
+) -> NDArray[np.float64]:
+    """Floor point about which the needed wrench has no horizontal moment (Vukobratovic and Borovac 2004).
+
+    With floor contact alone it is where the centre of pressure would have to be, and a ZMP outside the support polygon
+    says that the motion cannot happen as it is. It holds the rate of angular momentum as well as the COM acceleration.
+    It hides friction, and means nothing while hands or obstacles bear load.
+
+    Args:
+        com: (n, 3) centre of mass [m].
+        force: (n, 3) needed external force [N].
+        torque: (n, 3) needed moment about the COM [N m].
+        weight: body weight m g [N].
+
+    Returns:
+        (n, 2) [m]; NaN where the vertical force is under a tenth of the weight (flight).
+    """
+    bears = force[:, 2] > FLIGHT_SHARE * weight
+    vertical = np.where(bears, force[:, 2], np.nan)
+    x = com[:, 0] - (com[:, 2] * force[:, 0] + torque[:, 1]) / vertical
+    y = com[:, 1] - (com[:, 2] * force[:, 1] - torque[:, 0]) / vertical
+    return np.stack([x, y], axis=1)
+
+
+def residual_wrench(
+    com: NDArray[np.float64],
+    force: NDArray[np.float64],
+    torque: NDArray[np.float64],
+    points: NDArray[np.float64],
+    mask: NDArray[np.bool_],
+    friction: float = 1.0,
+    lever: float = 1.0,
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Part of the needed wrench that no floor contact at the supporting points could supply.
+
+    Per frame a non-negative least squares problem: each point pushes along the four edges of the pyramidal friction
+    cone that MuJoCo uses (|fx| + |fy| <= friction * fz), and what remains of the wrench about the COM is the residual. It captures
+    the invisible hand of a kinematic motion: zero means that floor contact could produce it. It hides strength (joint torques may be
+    out of reach), it trades force against moment by `lever`, and a hand on the floor counts as an invisible one.
+    In flight nothing pushes, so the residual is the whole needed wrench: zero for a true free fall.
+
+    Args:
+        com: (n, 3) [m].
+        force: (n, 3) needed external force [N].
+        torque: (n, 3) needed moment about the COM [N m].
+        points: (n, P, 3) contact points [m].
+        mask: (n, P) points that may push.
+        friction: sliding friction coefficient.
+        lever: length by which moments are divided to weigh them against forces [m].
+
+    Returns:
+        residual force (n,) [N] and torque about the COM (n,) [N m], as norms.
+    """
+    edges = np.array([[friction, 0, 1], [-friction, 0, 1], [0, friction, 1], [0, -friction, 1]], dtype=np.float64)
+    residual = np.concatenate([force, torque / lever], axis=1)
+    arms = points - com[:, None]
+    moments = np.cross(arms[:, :, None, :], edges) / lever  # (n, P, 4, 3)
+    generators = np.concatenate([np.broadcast_to(edges, moments.shape), moments], axis=-1)  # (n, P, 4, 6)
+    for frame in np.flatnonzero(mask.any(axis=1)):
+        columns = generators[frame, mask[frame]].reshape(-1, 6).T
+        pushes, _ = nnls(columns, residual[frame])
+        residual[frame] -= columns @ pushes
+    return np.linalg.norm(residual[:, :3], axis=1), lever * np.linalg.norm(residual[:, 3:], axis=1)

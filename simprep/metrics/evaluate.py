@@ -1,0 +1,173 @@
+"""All metrics of a motion or a run in one flat dictionary, units in the keys, ready for JSON (None where undefined)."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.metrics.balance import (
+    Balance,
+    balance,
+    centre_of_pressure_to_edge,
+    mean,
+    plausibility_summary,
+    posture_summary,
+)
+from simprep.metrics.contact import floor_penetration, foot_slip, slip_ratio
+from simprep.metrics.tracking import body_positions, derivative_errors, effort, position_errors, succeeded
+from simprep.metrics.transition import transition_peaks
+from simprep.motion.motion import Motion
+from simprep.physics.run import DIVERGED, Run
+
+Metrics = dict[str, float | bool | str | None]
+
+SHORTEST_S = 0.1
+"""Runs shorter than this have no metrics but their end: derivatives would be extrapolation."""
+
+PREPARED_KEYS = ("com_cos_mm", "com_inside_share", "com_to_edge_mm", "margin_of_stability_mm")
+
+
+def evaluate_motion(
+    motion: Motion, launch_s: float | None = None, prepared_s: tuple[float, float] | None = None
+) -> dict[str, float | None]:
+    """Metrics of a kinematic motion: balance, plausibility, contact, and the transition if its time is known.
+
+    Args:
+        motion: at least 0.1 s long, with its contacts.
+        launch_s: launch of the target movement from the first frame [s]; None: its event `launch`, else no transition metrics.
+        prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...` (the whole motion dilutes what
+            happens while the character prepares).
+
+    Returns:
+        The numbers by name, the same names for every motion; None where one does not exist.
+    """
+    if motion.duration < SHORTEST_S or len(motion) < 3:
+        return dict.fromkeys(MOTION_KEYS)
+    launch_s = _launch(motion, launch_s)
+    series = balance(motion)
+    slip = foot_slip(motion)
+    depth = floor_penetration(motion)
+    hinges = motion.qpos[:, 7:]
+    return _finite(
+        {
+            "duration_s": motion.duration,
+            **_posture(series, prepared_s),
+            **plausibility_summary(series),
+            **transition_peaks(hinges, motion.fps, math.nan if launch_s is None else launch_s),
+            "foot_slip_mm_per_stance": slip.mm_per_stance,
+            "foot_slip_m_s": slip.contact_m_per_s,
+            "penetration_mm": 1e3 * float(depth.max()),
+            "penetration_mean_mm": 1e3 * float(depth.mean()),
+        }
+    )
+
+
+def evaluate_run(run: Run, launch_s: float | None = None, prepared_s: tuple[float, float] | None = None) -> Metrics:
+    """Metrics of a simulated run, with the keys that `track --json` prints.
+
+    A run that fell is measured over what it completed: read `success`, `completed_share` and `survived_s` first. A run
+    that diverged, or ended within 0.1 s, has no numbers at all: its states are not data.
+
+    Args:
+        run: what the simulation returned.
+        launch_s: launch of the target movement from the start [s]; None: the reference's event `launch`, else no transition metrics.
+        prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...`.
+
+    Returns:
+        The numbers by name, the same names for every run; None where one does not exist. `success`: see
+        `simprep.metrics.tracking.succeeded`; `s_per_s`: computing time per simulated second; `assist_n`, `assist_nm`: largest
+        external force and torque; `penetration_mm`: deepest of any step; `foot_slip_ratio`: see `simprep.metrics.contact.slip_ratio`.
+    """
+    result: Metrics = dict.fromkeys(RUN_KEYS)
+    result |= {
+        "success": False,
+        "end": run.end,
+        "fell_at_s": run.fell_at_s,
+        "survived_s": float(run.end_s),
+        "completed_share": run.completed_share,
+        "s_per_s": run.wall_s / run.end_s if run.end_s > 0 else None,
+        "assist_n": run.assist.force_n,
+        "assist_nm": run.assist.torque_nm,
+    }
+    if run.end == DIVERGED or len(run.torque) * run.timestep < SHORTEST_S or not np.isfinite(run.qpos).all():
+        return result
+    launch_s = _launch(run.reference, launch_s)
+    motion = run.simulated_motion()
+    series = balance(motion)
+    simulated, reference, rate = body_positions(run)
+    errors = position_errors(simulated, reference)
+    reference_motion = _reference_motion(run, motion)
+    slip, reference_slip = foot_slip(motion), foot_slip(reference_motion)
+    pressure = centre_of_pressure_to_edge(series, run.time[1:] - run.time[0], run.centre_of_pressure)
+    numbers = {
+        **errors,
+        **derivative_errors(simulated, reference, rate),
+        **_posture(series, prepared_s),
+        "cop_to_edge_mm": 1e3 * mean(pressure[np.isfinite(pressure)]),
+        **effort(run.torque, run.torque_limit, run.qvel[:, 6:], run.timestep),
+        **transition_peaks(
+            run.qpos[:, 7:], motion.fps, math.nan if launch_s is None else launch_s, run.torque, run.torque_limit
+        ),
+        "foot_slip_mm_per_stance": slip.mm_per_stance,
+        "foot_slip_m_s": slip.contact_m_per_s,
+        "foot_slip_reference_mm_per_stance": reference_slip.mm_per_stance,
+        "foot_slip_ratio": slip_ratio(slip, reference_slip),
+        "penetration_mm": 1e3 * float(run.penetration.max()),
+        "penetration_mean_mm": 1e3 * float(run.penetration.mean()),
+    }
+    return result | {"success": succeeded(run, errors["max_body_distance_mm"])} | _finite(numbers)
+
+
+def _reference_motion(run: Run, simulated: Motion) -> Motion:
+    # the reference at the simulation's instants; its contacts are those of its nearest frames
+    source = run.reference
+    frame = np.round((run.time - run.time[0]) * source.fps).astype(int)
+    frame = frame % len(source) if source.loop else np.clip(frame, 0, len(source) - 1)
+    return replace(simulated, qpos=run.reference_qpos, contacts=source.contacts[frame], name=source.name)
+
+
+def _posture(series: Balance, prepared_s: tuple[float, float] | None) -> dict[str, float]:
+    result = posture_summary(series)
+    inside: NDArray[np.bool_] = np.zeros(len(series.time), dtype=bool)
+    if prepared_s is not None and series.time[-1] >= prepared_s[1] - 1e-9:
+        inside = (series.time >= prepared_s[0] - 1e-9) & (series.time <= prepared_s[1] + 1e-9)
+    part = posture_summary(series, inside)
+    return result | {f"prepared_{key}": part[key] for key in PREPARED_KEYS}
+
+
+def _launch(motion: Motion, launch_s: float | None) -> float | None:
+    if launch_s is None and "launch" in motion.events:
+        return motion.events["launch"] / motion.fps
+    return launch_s
+
+
+def _finite(numbers: dict[str, float]) -> dict[str, float | None]:
+    return {key: float(value) if math.isfinite(value) else None for key, value in numbers.items()}
+
+
+_POSTURE_KEYS = (
+    "com_cos_mm", "com_inside_share", "com_to_edge_mm", "margin_of_stability_mm", "margin_of_stability_p5_mm",
+    "unsupported_share", *(f"prepared_{key}" for key in PREPARED_KEYS),
+)  # fmt: skip
+_TRANSITION_KEYS = (
+    "peak_acceleration_rad_s2", "peak_jerk_rad_s3", "peak_rms_acceleration_rad_s2", "peak_torque_nm", "peak_torque_share",
+)  # fmt: skip
+_CONTACT_KEYS = ("foot_slip_mm_per_stance", "foot_slip_m_s", "penetration_mm", "penetration_mean_mm")
+
+MOTION_KEYS = (
+    "duration_s", *_POSTURE_KEYS,
+    "zmp_to_edge_mm", "zmp_inside_share",
+    "residual_force_n", "residual_force_p95_n", "residual_torque_nm", "residual_torque_p95_nm",
+    *_TRANSITION_KEYS, *_CONTACT_KEYS,
+)  # fmt: skip
+"""Names of `evaluate_motion`'s numbers."""
+
+RUN_KEYS = (
+    "success", "end", "fell_at_s", "survived_s", "completed_share", "g_mpjpe_mm", "mpjpe_mm", "max_body_distance_mm",
+    "velocity_error_m_s", "acceleration_error_m_s2", *_POSTURE_KEYS, "cop_to_edge_mm",
+    "torque_rms_nm", "torque_rms_share", "saturation_share", "positive_work_j", "absolute_work_j",
+    *_TRANSITION_KEYS, *_CONTACT_KEYS, "foot_slip_reference_mm_per_stance", "foot_slip_ratio",
+    "s_per_s", "assist_n", "assist_nm",
+)  # fmt: skip
+"""Names of `evaluate_run`'s numbers."""

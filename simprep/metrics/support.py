@@ -1,0 +1,142 @@
+"""Support polygons: convex hulls of foot points on the floor, for all frames at once, degenerate cases included.
+
+With at most a dozen points a frame, every ordered pair is tested as a hull edge (all points to its left), which
+vectorises over frames. Points closer than a micrometre count as one, and hulls thinner than that as a segment.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+_SAME_M = 1e-6
+
+
+def support_mask(
+    foot_points: NDArray[np.float64], contacts: NDArray[np.bool_], roll_height: float | None = None
+) -> NDArray[np.bool_]:
+    """Which foot points span the support polygon.
+
+    Args:
+        foot_points: (T, 2, P, 3) points under the left and right foot, world [m].
+        contacts: (T, 2) supporting feet.
+        roll_height: None: every point of a supporting foot (the paper's convention; a foot that has rolled onto its
+            toes still counts with its whole sole). Else only points at most this far above the foot's lowest [m].
+
+    Returns:
+        (T, 2, P).
+    """
+    mask = np.repeat(contacts[:, :, None], foot_points.shape[2], axis=2)
+    if roll_height is None:
+        return mask
+    height = foot_points[..., 2]
+    return np.asarray(mask & (height <= height.min(axis=2, keepdims=True) + roll_height))
+
+
+def hull_edges(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Edges of the convex hull of every frame's points.
+
+    Args:
+        points: (T, P, 2) on the floor [m].
+        mask: (T, P) points that count.
+
+    Returns:
+        (T, P, P): entry [t, i, j] is True where i to j is a hull edge, counter-clockwise and of maximal length; collinear points
+        give the two opposite edges between the extremes, a single point none.
+    """
+    points, mask = np.asarray(points, dtype=np.float64), np.asarray(mask, dtype=bool)
+    difference = points[:, None, :, :] - points[:, :, None, :]  # (T, i, j, 2) from i to j
+    length = np.linalg.norm(difference, axis=-1)
+    earlier = np.tril(np.ones(mask.shape[1:] * 2, dtype=bool), -1)
+    repeated = ((length < _SAME_M) & earlier & mask[:, None, :]).any(axis=2)
+    mask = mask & ~repeated
+    usable = mask[:, :, None] & mask[:, None, :] & (length >= _SAME_M)
+    # of point k as seen from edge i -> j: offset to the left, and position along it
+    unit = difference / np.maximum(length, _SAME_M)[..., None]
+    to_k = difference[:, :, None, :, :]  # (T, i, 1, k, 2)
+    along = unit[:, :, :, None, 0] * to_k[..., 0] + unit[:, :, :, None, 1] * to_k[..., 1]
+    left = unit[:, :, :, None, 0] * to_k[..., 1] - unit[:, :, :, None, 1] * to_k[..., 0]
+    off_line = np.abs(left) >= _SAME_M
+    between = (along > -_SAME_M) & (along < length[..., None] + _SAME_M)
+    fits = np.where(off_line, left > 0, between) | ~mask[:, None, None, :]
+    return np.asarray(usable & fits.all(axis=-1))
+
+
+def support_centre(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.float64]:
+    """Centre of the support polygon: the area centroid; the midpoint of a segment; the point itself.
+
+    Args:
+        points: (T, P, 2) [m].
+        mask: (T, P) points that count.
+
+    Returns:
+        (T, 2); NaN where no point counts.
+    """
+    edges = hull_edges(points, mask)
+    count = mask.sum(axis=1)
+    origin = np.where(mask[..., None], points, 0.0).sum(axis=1) / np.maximum(count, 1)[:, None]
+    local = np.where(mask[..., None], points - origin[:, None], 0.0)  # near the origin, so that nothing cancels
+    cross = local[:, :, None, 0] * local[:, None, :, 1] - local[:, :, None, 1] * local[:, None, :, 0]
+    cross = np.where(edges, cross, 0.0)
+    doubled_area = cross.sum(axis=(1, 2))
+    total = local[:, :, None, :] + local[:, None, :, :]
+    moment = (cross[..., None] * total).sum(axis=(1, 2))
+    edge_count = edges.sum(axis=(1, 2))
+    middle = np.where(edges[..., None], total, 0.0).sum(axis=(1, 2)) / (2 * np.maximum(edge_count, 1))[:, None]
+    is_area = edge_count >= 3
+    area = np.where(is_area, doubled_area, 1.0)[:, None]
+    centre = origin + np.where(is_area[:, None], moment / (3 * area), middle)
+    return np.where((count > 0)[:, None], centre, np.nan)
+
+
+def signed_distance(
+    points: NDArray[np.float64], mask: NDArray[np.bool_], query: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Signed distance of a floor point to the edge of the support polygon.
+
+    Args:
+        points: (T, P, 2) [m].
+        mask: (T, P) points that count.
+        query: (T, 2) [m].
+
+    Returns:
+        (T,) [m]: positive inside, negative outside; never positive for a segment or a single point, which have no
+        inside; NaN where no point counts or the query is NaN.
+    """
+    edges = hull_edges(points, mask)
+    start = points[:, :, None, :]
+    edge = points[:, None, :, :] - start
+    length = np.linalg.norm(edge, axis=-1)
+    to_query = query[:, None, None, :] - start
+    along = (edge * to_query).sum(axis=-1) / np.maximum(length, _SAME_M) ** 2
+    foot = start + np.clip(along, 0.0, 1.0)[..., None] * edge
+    distance = np.where(edges, np.linalg.norm(query[:, None, None, :] - foot, axis=-1), np.inf).min(axis=(1, 2))
+    left = edge[..., 0] * to_query[..., 1] - edge[..., 1] * to_query[..., 0]
+    inside = ((left >= 0) | ~edges).all(axis=(1, 2)) & (edges.sum(axis=(1, 2)) >= 3)
+    to_points = np.where(mask, np.linalg.norm(query[:, None] - points, axis=-1), np.inf).min(axis=1, initial=np.inf)
+    distance = np.where(np.isfinite(distance), distance, to_points)  # a single point has no edges
+    undefined = ~mask.any(axis=1) | ~np.isfinite(query).all(axis=1)
+    return np.where(undefined, np.nan, np.where(inside, distance, -distance))
+
+
+def polygon(points: NDArray[np.float64], mask: NDArray[np.bool_] | None = None) -> NDArray[np.float64]:
+    """Corners of one frame's support polygon, for drawing.
+
+    Args:
+        points: (P, 2) [m].
+        mask: (P,) points that count; None for all.
+
+    Returns:
+        (k, 2) counter-clockwise; two for a segment, one for a point, none without support.
+    """
+    points = np.asarray(points, dtype=np.float64)
+    mask = np.ones(len(points), dtype=bool) if mask is None else np.asarray(mask, dtype=bool)
+    edges = hull_edges(points[None], mask[None])[0]
+    if not edges.any():
+        return points[mask][:1]
+    first = corner = int(np.flatnonzero(edges.any(axis=1))[0])
+    order = []
+    for _ in range(len(points)):
+        order.append(corner)
+        corner = int(np.argmax(edges[corner]))
+        if corner == first:
+            break
+    return points[order]

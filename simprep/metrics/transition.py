@@ -1,0 +1,56 @@
+"""Transition: how violent the launch of the target movement is."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.metrics.smoothing import gaussian_derivatives
+
+WINDOW_S = 0.25
+_PEAK_HZ = 240.0
+
+
+def transition_peaks(
+    hinges: NDArray[np.float64],
+    fps: float,
+    launch_s: float,
+    torque: NDArray[np.float64] | None = None,
+    torque_limit: NDArray[np.float64] | None = None,
+) -> dict[str, float]:
+    """Peaks over all hinges within 0.25 s before and after the launch of the target.
+
+    All signals pass the Gaussian of `simprep.metrics.smoothing` (sigma 10 ms), so frame rate and timestep do not matter.
+    - `peak_acceleration_rad_s2`, `peak_jerk_rad_s3`: second and third derivative of the fastest hinge. They capture the jolt that an
+      unprepared transition needs, but also the target's own snap, which every arm of a comparison shares. Hinge angles
+      exaggerate near a singular shoulder.
+    - `peak_rms_acceleration_rad_s2`: peak over time of the root mean square over hinges: less at the mercy of one wrist.
+    - `peak_torque_nm`, `peak_torque_share`: largest servo torque and largest share of a limit (simulated runs only).
+
+    Args:
+        hinges: (T, 37) hinge angles [rad].
+        fps: [1/s].
+        launch_s: time of the launch from the first frame [s].
+        torque: (T - 1, 37) servo torques of the steps between the frames [N m]; None for a kinematic motion.
+        torque_limit: (37,) [N m], with `torque`.
+
+    Returns:
+        The numbers by name; NaN where the window is not wholly inside the motion (a fall must not look gentle) or has no torque.
+    """
+    names = ("peak_acceleration_rad_s2", "peak_jerk_rad_s3", "peak_rms_acceleration_rad_s2")
+    missing = {name: float("nan") for name in (*names, "peak_torque_nm", "peak_torque_share")}
+    duration = (len(hinges) - 1) / fps
+    if not (launch_s - WINDOW_S >= -1e-9 and launch_s + WINDOW_S <= duration + 1e-9):  # also when launch_s is NaN
+        return missing
+    times, (acceleration, jerk) = gaussian_derivatives(hinges, fps, (2, 3), _PEAK_HZ)
+    near = np.abs(times - launch_s) <= WINDOW_S + 1e-9
+    peaks = missing | {
+        names[0]: float(np.abs(acceleration[near]).max()),
+        names[1]: float(np.abs(jerk[near]).max()),
+        names[2]: float(np.sqrt(np.mean(acceleration[near] ** 2, axis=1)).max()),
+    }
+    if torque is not None and len(torque) >= 2:
+        times, (smooth,) = gaussian_derivatives(torque, fps, (0,), _PEAK_HZ)
+        near = np.abs(times + 0.5 / fps - launch_s) <= WINDOW_S + 1e-9
+        peaks["peak_torque_nm"] = float(np.abs(smooth[near]).max())
+        if torque_limit is not None:
+            peaks["peak_torque_share"] = float((np.abs(smooth[near]) / torque_limit).max())
+    return peaks

@@ -1,0 +1,86 @@
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+
+from simprep.metrics.support import polygon, signed_distance, support_centre, support_mask
+
+SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
+
+
+def one(points, query):
+    mask = np.ones((1, len(points)), dtype=bool)
+    return float(signed_distance(np.asarray(points)[None], mask, np.asarray(query, dtype=float)[None])[0])
+
+
+def test_square_with_inner_collinear_and_repeated_points():
+    mask = np.ones((1, len(SQUARE)), dtype=bool)
+    assert support_centre(SQUARE[None], mask)[0] == pytest.approx([1, 1])
+    assert polygon(SQUARE) == pytest.approx(np.array([[0, 0], [2, 0], [2, 2], [0, 2]]))
+    assert one(SQUARE, [1.0, 0.5]) == pytest.approx(0.5)  # inside, nearest edge below
+    assert one(SQUARE, [1.0, -0.5]) == pytest.approx(-0.5)  # below an edge
+    assert one(SQUARE, [5.0, 6.0]) == pytest.approx(-5.0)  # off a corner, 3-4-5
+    assert one(SQUARE, [2.0, 1.0]) == pytest.approx(0.0)
+
+
+def test_degenerate_support():
+    segment = [[0.0, 0.0], [1.0, 1.0], [0.25, 0.25]]
+    assert support_centre(np.array([segment]), np.ones((1, 3), dtype=bool))[0] == pytest.approx([0.5, 0.5])
+    assert one(segment, [0.5, 0.5]) == pytest.approx(0.0)
+    assert one(segment, [1.0, 0.0]) == pytest.approx(-np.sqrt(0.5))
+    assert one([[1.0, 2.0]], [4.0, 6.0]) == pytest.approx(-5.0)
+    assert support_centre(np.array([[[1.0, 2.0], [9.0, 9.0]]]), np.array([[True, False]]))[0] == pytest.approx([1, 2])
+    nothing = np.zeros((1, 2), dtype=bool)
+    assert np.isnan(signed_distance(np.zeros((1, 2, 2)), nothing, np.zeros((1, 2)))).all()
+    assert np.isnan(support_centre(np.zeros((1, 2, 2)), nothing)).all()
+    assert polygon(np.zeros((3, 2)), np.zeros(3, dtype=bool)).shape == (0, 2)
+
+
+def test_agrees_with_qhull_on_random_points():
+    rng = np.random.default_rng(1)
+    points = rng.normal(size=(60, 8, 2)) * [0.2, 0.1] + rng.normal(size=(60, 1, 2)) * 5
+    mask = rng.random((60, 8)) < 0.8
+    mask[:, :3] = True
+    query = points.mean(axis=1) + rng.normal(size=(60, 2)) * 0.15
+    centre, distance = support_centre(points, mask), signed_distance(points, mask, query)
+    for frame in range(60):
+        hull = ConvexHull(points[frame][mask[frame]])
+        corners = hull.points[hull.vertices]
+        assert polygon(points[frame], mask[frame]) == pytest.approx(np.roll(corners, _shift(corners, points[frame]), 0))
+        fan = np.stack([np.broadcast_to(corners[0], corners[1:-1].shape), corners[1:-1], corners[2:]], axis=1)
+        a, b = fan[:, 1] - fan[:, 0], fan[:, 2] - fan[:, 0]
+        area = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
+        assert centre[frame] == pytest.approx((area[:, None] * fan.mean(axis=1)).sum(0) / area.sum())
+        to_lines = hull.equations @ [*query[frame], 1.0]  # qhull: negative inside
+        if to_lines.max() <= 0:
+            assert distance[frame] == pytest.approx(-to_lines.max())
+        else:
+            steps = np.linspace(0, 1, 2001)[:, None, None]
+            border = (1 - steps) * corners + steps * np.roll(corners, -1, axis=0)
+            nearest = np.linalg.norm(border - query[frame], axis=-1).min()
+            assert distance[frame] == pytest.approx(-nearest, abs=1e-4)
+
+
+def _shift(corners, points):
+    # qhull starts anywhere, ours at the first hull point in input order
+    first = min(int(np.flatnonzero((points == corner).all(axis=1))[0]) for corner in corners)
+    return -int(np.flatnonzero((corners == points[first]).all(axis=1))[0])
+
+
+def test_turning_the_floor_changes_nothing():
+    rng = np.random.default_rng(2)
+    points, query = rng.normal(size=(20, 8, 2)), rng.normal(size=(20, 2))
+    points[5:10, :, 1] = 0.0  # segments: the degenerate branch must turn with the rest
+    mask = np.ones((20, 8), dtype=bool)
+    c, s = np.cos(1.1), np.sin(1.1)
+    turn = np.array([[c, s], [-s, c]])
+    moved_points, moved_query = points @ turn + [30.0, -7.0], query @ turn + [30.0, -7.0]
+    assert signed_distance(moved_points, mask, moved_query) == pytest.approx(signed_distance(points, mask, query))
+    assert support_centre(moved_points, mask) == pytest.approx(support_centre(points, mask) @ turn + [30.0, -7.0])
+
+
+def test_rolled_foot_stands_on_its_toes_if_asked():
+    points = np.zeros((1, 2, 4, 3))
+    points[0, 0, 0, 2] = 0.08  # left heel up
+    contacts = np.array([[True, False]])
+    assert support_mask(points, contacts).sum() == 4
+    assert support_mask(points, contacts, roll_height=0.03)[0].tolist() == [[False, True, True, True], [False] * 4]
