@@ -9,7 +9,7 @@ import numpy as np
 from simprep.errors import SettingError
 from simprep.humanoid import DEFAULT_BODY, Body, humanoid_spec
 
-DEFAULT_TIMESTEP_S = 1.0 / 120.0
+DEFAULT_TIMESTEP_S = 1.0 / 240.0
 FLOOR_BIT = 1
 OBJECT_BIT = 2**10
 
@@ -49,13 +49,25 @@ class SceneSettings:
 
 
 def build_scene(settings: SceneSettings | None = None) -> Any:
-    """Compile a scene.
+    """Compile a scene (see `scene_spec`).
 
     Args:
         settings: bodies, obstacles, timestep, friction.
 
     Returns:
-        mujoco.MjModel. Fighters collide with the floor, the objects and each other, never with their own
+        mujoco.MjModel.
+    """
+    return scene_spec(settings).compile()
+
+
+def scene_spec(settings: SceneSettings | None = None) -> Any:
+    """Editable scene.
+
+    Args:
+        settings: bodies, obstacles, timestep, friction.
+
+    Returns:
+        mujoco.MjSpec. Fighters collide with the floor, the objects and each other, never with their own
         neighbouring segments (own limbs and trunk: through the pairs listed in the model file).
 
     Raises:
@@ -101,7 +113,7 @@ def build_scene(settings: SceneSettings | None = None) -> Any:
     for obstacle in settings.obstacles:
         _add_obstacle(spec, obstacle)
     spec.worldbody.add_light(pos=[0, 0, 4], dir=[0, 0, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
-    return spec.compile()
+    return spec
 
 
 def _add_obstacle(spec: Any, obstacle: Obstacle) -> None:

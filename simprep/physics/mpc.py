@@ -17,8 +17,10 @@ from numpy.typing import NDArray
 
 from simprep.humanoid import HINGES
 from simprep.physics.controller import feedforward_targets
+from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference
 from simprep.physics.tracking_cost import CostWeights, TrackingCost
+from simprep.scene import SceneSettings
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,8 @@ class MpcSettings:
     """Configuration of the sampling controller.
 
     Attributes:
+        timestep: step of the planner's simulations [s], rounded to a multiple of the simulated world's; the world itself may be
+            finer, since it costs one simulation, not hundreds.
         horizon: look-ahead [s].
         replan: time between two plans [s].
         knot_spacing: time between two knots of the offset curve [s]; linear in between.
@@ -41,6 +45,7 @@ class MpcSettings:
         threads: simulation threads; 0 for all cores. Does not change the result.
     """
 
+    timestep: float = 1 / 120
     horizon: float = 0.4
     replan: float = 1 / 30
     knot_spacing: float = 0.1
@@ -72,25 +77,33 @@ class MpcController:
 
     name = "mpc"
 
-    def __init__(self, reference: Reference, model: Any, seed: int, settings: MpcSettings | None = None) -> None:
+    def __init__(
+        self, reference: Reference, model: Any, scene: SceneSettings, seed: int, settings: MpcSettings | None = None
+    ) -> None:
         self._settings = settings or MpcSettings()
         s = self._settings
-        self._dt = float(model.opt.timestep)
-        self._steps = max(1, round(s.horizon / self._dt))
-        self._every = max(1, round(s.replan / self._dt))
+        world_dt = float(model.opt.timestep)
+        self._ratio = max(1, round(s.timestep / world_dt))
+        dt = self._ratio * world_dt
+        self._planner = planner = build_planner(scene, dt)
+        self._steps = max(1, round(s.horizon / dt))
+        self._every = max(1, round(s.replan / world_dt))  # in steps of the world
         self._rng = np.random.default_rng(seed)
         self._feedforward = feedforward_targets(reference, model)
         self._last = len(reference.qpos) - 1
-        std = np.array([_noise_of(name, s.noise) for name in HINGES]) * s.noise_scale
+        std = np.array([_noise_of(HINGES[hinge], s.noise) for hinge in planner.hinges]) * s.noise_scale
         self._sampled = np.flatnonzero(std)
         self._std = std[self._sampled]
         self._knots = int(np.ceil(s.horizon / s.knot_spacing - 1e-9)) + 1
-        self._basis = _linear_basis(np.arange(self._steps, dtype=np.float64) * self._dt / s.knot_spacing, self._knots)
-        shift_position = np.arange(self._knots) + self._every * self._dt / s.knot_spacing
+        self._basis = _linear_basis(np.arange(self._steps, dtype=np.float64) * dt / s.knot_spacing, self._knots)
+        until_replan = np.arange(self._every, dtype=np.float64) * world_dt
+        self._world_basis = _linear_basis(until_replan / s.knot_spacing, self._knots)
+        shift_position = np.arange(self._knots) + self._every * world_dt / s.knot_spacing
         self._shift = _linear_basis(np.minimum(shift_position, self._knots - 1), self._knots)
         self._plan = np.zeros((self._knots, len(self._sampled)))
-        self._cost = TrackingCost(reference, model, self._steps, s.weights)
-        self._batch = Batch(model, s.samples, nthread=s.threads)
+        self._cost = TrackingCost(reference, self._ratio, world_dt, self._steps, planner.qvel, s.weights)
+        self._batch = Batch(planner.model, s.samples, nthread=s.threads)
+        self._body_quat = self._batch.expand("body_quat")
         self._qpos = self._batch.bind("qpos")
         self._qvel = self._batch.bind("qvel")
         self._warmstart = self._batch.bind("qacc_warmstart")
@@ -118,8 +131,8 @@ class MpcController:
     def _replan(self, step: int, data: Any) -> None:
         s = self._settings
         mean = self._shift @ self._plan if self._planned_at >= 0 else self._plan
-        frames = np.minimum(step + np.arange(self._steps), self._last)
-        feedforward = self._feedforward[frames]  # (steps, 37)
+        frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
+        feedforward = self._feedforward[frames][:, self._planner.hinges]  # (steps, planned hinges)
         for _ in range(s.iterations):
             noise = self._rng.standard_normal((s.samples, *mean.shape)) * self._std
             theta = mean + self._scale[:, None, None] * noise  # (samples, knots, sampled)
@@ -138,14 +151,16 @@ class MpcController:
             mean = np.einsum("n,nkj->kj", weight / weight.sum(), theta[order])
         self._plan = mean
         self._offsets[:] = 0.0
-        self._offsets[:, self._sampled] = (self._basis @ mean)[: self._every]
+        self._offsets[:, self._planner.hinges[self._sampled]] = self._world_basis @ mean
 
     def _evaluate(
         self, step: int, data: Any, control: NDArray[np.float64], theta: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        self._qpos[:] = data.qpos
-        self._qvel[:] = data.qvel
-        self._warmstart[:] = data.qacc_warmstart
+        self._qpos[:] = data.qpos[self._planner.qpos]
+        self._qvel[:] = data.qvel[self._planner.qvel]
+        self._warmstart[:] = data.qacc_warmstart[self._planner.qvel]
+        for body, quat in self._planner.fused_orientations(data):
+            self._body_quat[:, body] = quat
         self._time[:] = data.time
         begin = perf_counter()
         record = self._batch.rollout(

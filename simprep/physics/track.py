@@ -100,17 +100,17 @@ def track(
     scene = replace(settings.scene, bodies=(motion.body,))
     model = build_scene(scene)
     reference = make_reference(motion, scene.timestep, settings.reference)
-    brain = _make_controller(controller, reference, model, seed, settings)
+    brain = _make_controller(controller, reference, model, scene, seed, settings)
     return _simulate(model, reference, brain, seed, settings, progress)
 
 
 def _make_controller(
-    name: str, reference: Reference, model: Any, seed: int, settings: TrackSettings
+    name: str, reference: Reference, model: Any, scene: SceneSettings, seed: int, settings: TrackSettings
 ) -> PdController | MpcController:
     if name == "pd":
         return PdController(reference, model)
     if name == "mpc":
-        return MpcController(reference, model, seed, settings.mpc)
+        return MpcController(reference, model, scene, seed, settings.mpc)
     raise UnknownNameError("controller", name, CONTROLLERS)
 
 

@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -45,18 +43,35 @@ class CostWeights:
 
 
 class TrackingCost:
-    """Scores rollouts against a reference; holds the reference quantities, so that scoring is array arithmetic."""
+    """Scores rollouts against a reference; holds the reference quantities, so that scoring is array arithmetic.
 
-    def __init__(self, reference: Reference, model: Any, steps: int, weights: CostWeights) -> None:
+    Args:
+        reference: what to track, at the world's timestep.
+        ratio: steps of the world in one step of the planner.
+        world_dt: timestep of the world [s].
+        steps: planner steps in a rollout.
+        qvel_index: which entries of the reference's qvel the planner's model has.
+        weights: cost weights.
+    """
+
+    def __init__(
+        self,
+        reference: Reference,
+        ratio: int,
+        world_dt: float,
+        steps: int,
+        qvel_index: NDArray[np.intp],
+        weights: CostWeights,
+    ) -> None:
         self._weights = weights
-        dt = float(model.opt.timestep)
-        every = max(1, round(weights.instants / dt))
+        self._ratio = ratio
+        every = max(1, round(weights.instants / (ratio * world_dt)))
         self._instants = np.arange(every, steps + 1, every) - 1  # rollout record index k is the state after step k
         if self._instants[-1] != steps - 1:
             self._instants = np.append(self._instants, steps - 1)
         self._time_weight = np.ones(len(self._instants))
         self._time_weight[-1] += weights.final * len(self._instants)
-        self._qpos, self._qvel = reference.qpos, reference.qvel
+        self._qpos, self._qvel = reference.qpos, np.ascontiguousarray(reference.qvel[:, qvel_index])
         self._xpos = reference.kinematics.xpos
         self._com = reference.kinematics.com
         self._last = len(reference.qpos) - 1
@@ -75,7 +90,7 @@ class TrackingCost:
             (n,) cost; instants beyond the end of the reference do not count.
         """
         w = self._weights
-        frames = step + 1 + self._instants
+        frames = step + self._ratio * (1 + self._instants)
         inside = frames <= self._last
         if not inside.any():
             return np.asarray(w.effort * np.mean(theta**2, axis=(1, 2)))
@@ -85,7 +100,7 @@ class TrackingCost:
         # positions recorded after a step belong to the state before it
         xpos = record["xpos"][:, pick, 1:]  # (n, t, 17, 3)
         com = record["subtree_com"][:, pick, 1]
-        target_xpos, target_com = self._xpos[state - 1], self._com[state - 1]
+        target_xpos, target_com = self._xpos[state - self._ratio], self._com[state - self._ratio]
         root_error = xpos[:, :, :1] - target_xpos[:, :1]
         error = xpos - target_xpos
         relative = error - root_error
