@@ -12,6 +12,8 @@ _EXPORTS = {
     "Body": "simprep.humanoid",
     "Motion": "simprep.motion.motion",
     "SimprepError": "simprep.errors",
+    "library_motion": "simprep.library.registry",
+    "library_names": "simprep.library.registry",
     "load_motion": "simprep.motion.load",
     "save_motion": "simprep.motion.store",
 }

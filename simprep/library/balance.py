@@ -1,0 +1,144 @@
+"""Zero-moment point of a motion, and the COM path that keeps it where it should be.
+
+Cart-table model (Kajita et al. 2003, ICRA, eq. 5): p = x - z x'' / (g + z''), here with the vertical acceleration; in
+flight (g + z'' = 0) it becomes x'' = 0, a ballistic path. Solving the differenced equation as a boundary value problem
+gives the one bounded COM path for a planned ZMP (as in Kagami et al. 2002, "A fast dynamically equilibrated walking
+trajectory generation method of humanoid robot", Autonomous Robots 12).
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import solve_banded
+from scipy.spatial.transform import Rotation
+
+from simprep.humanoid import DEFAULT_BODY, Body, humanoid_model
+from simprep.motion.kinematics import Kinematics
+
+GRAVITY = 9.81
+
+
+def second_difference(x: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
+    """Central second differences over axis 0, zero at both ends (a motion begins and ends at rest).
+
+    Args:
+        x: (T, ...) samples.
+        fps: samples per second [1/s].
+    """
+    out = np.zeros_like(x)
+    out[1:-1] = (x[2:] - 2 * x[1:-1] + x[:-2]) * fps**2
+    return out
+
+
+def ground_reaction(
+    kinematics: Kinematics, fps: float, body: Body = DEFAULT_BODY
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Force and zero-moment point that a kinematic motion needs from the floor (z = 0).
+
+    Momentum and angular momentum of the 17 segments between frames, differenced again: second-order accurate.
+
+    Args:
+        kinematics: of T >= 3 frames.
+        fps: frames per second [1/s].
+        body: the humanoid.
+
+    Returns:
+        (T, 3) force [N] and (T, 2) zero-moment point [m]; the first and last frame repeat their neighbours. The point is
+        NaN where the vertical force is below 5 % of the weight.
+    """
+    model = humanoid_model(body)
+    mass, inertia = model.body_mass[1:], model.body_inertia[1:]
+    x = kinematics.xipos
+    rotation = Rotation.from_quat(kinematics.xquat.reshape(-1, 4), scalar_first=True)
+    frame = Rotation.from_quat(np.tile(model.body_iquat[1:], (len(x), 1)), scalar_first=True)
+    axes = (rotation * frame).as_matrix().reshape(len(x), 17, 3, 3)
+    tensor = np.einsum("tbij,bj,tbkj->tbik", axes, inertia, axes)
+    matrices = rotation.as_matrix().reshape(len(x), 17, 3, 3)
+    step = Rotation.from_matrix((matrices[1:] @ np.swapaxes(matrices[:-1], -1, -2)).reshape(-1, 3, 3))
+    spin = step.as_rotvec().reshape(-1, 17, 3) * fps
+    velocity = np.diff(x, axis=0) * fps
+    momentum = np.einsum("b,tbi->ti", mass, velocity)
+    middle = (x[1:] + x[:-1]) / 2
+    angular = np.einsum("b,tbi->ti", mass, np.cross(middle, velocity))
+    angular += np.einsum("tbij,tbj->ti", (tensor[1:] + tensor[:-1]) / 2, spin)
+    total = mass.sum()
+    force = np.diff(momentum, axis=0) * fps + [0.0, 0.0, total * GRAVITY]
+    moment = np.diff(angular, axis=0) * fps + np.cross(kinematics.com[1:-1], [0.0, 0.0, total * GRAVITY])
+    vertical = np.where(force[:, 2] > 0.05 * total * GRAVITY, force[:, 2], np.nan)
+    point = np.stack([-moment[:, 1], moment[:, 0]], axis=-1) / vertical[:, None]
+    return np.pad(force, ((1, 1), (0, 0)), mode="edge"), np.pad(point, ((1, 1), (0, 0)), mode="edge")
+
+
+def cart_table_zmp(com: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
+    """Zero-moment point of the COM alone, angular momentum neglected.
+
+    Args:
+        com: (T, 3) [m].
+        fps: frames per second [1/s].
+
+    Returns:
+        (T, 2) [m]; NaN where the vertical force is below 5 % of the weight.
+    """
+    acceleration = second_difference(com, fps)
+    lift = GRAVITY + acceleration[:, 2]
+    lift = np.where(lift > 0.05 * GRAVITY, lift, np.nan)
+    return np.asarray(com[:, :2] - com[:, 2:] * acceleration[:, :2] / lift[:, None])
+
+
+def com_from_zmp(
+    zmp: NDArray[np.float64],
+    height: NDArray[np.float64],
+    fps: float,
+    shift: NDArray[np.float64] | None = None,
+    settle: float = 0.5,
+) -> NDArray[np.float64]:
+    """Horizontal COM path whose cart-table ZMP is the planned one.
+
+    Args:
+        zmp: (T, 2) planned ZMP [m].
+        height: (T,) COM height [m].
+        fps: frames per second [1/s].
+        shift: (2,) travel per period of a periodic motion [m]; None for one that begins and ends at rest over its ZMP.
+        settle: the ZMP of the first and last this many seconds is corrected by a smooth bump so that the COM is at rest
+            at both ends [s].
+
+    Returns:
+        (T, 2) [m].
+    """
+    if shift is not None:
+        # a few periods either side: the boundary's influence fades by exp(-omega t)
+        cycles = 4
+        k = np.arange(-cycles, cycles + 1)[:, None, None]
+        long = (zmp[None] + k * shift).reshape(-1, 2)
+        lift = GRAVITY + np.tile(_periodic_second_difference(height, fps), 2 * cycles + 1)
+        path = _solve(long, np.tile(height, 2 * cycles + 1), lift, fps)
+        return path[cycles * len(zmp) : (cycles + 1) * len(zmp)]
+    lift = GRAVITY + second_difference(height, fps)
+    n = len(zmp)
+    window = min(round(settle * fps), n // 2)
+    bump = np.zeros((n, 2))
+    wave = np.sin(np.pi * np.arange(window) / window) ** 2
+    bump[:window, 0], bump[n - window :, 1] = wave, wave[::-1]
+    path = _solve(zmp, height, lift, fps)
+    answer = _solve(bump, height, lift, fps)
+    rates = np.array([answer[1] - answer[0], answer[-1] - answer[-2]])
+    weights = np.linalg.solve(rates, -np.array([path[1] - path[0], path[-1] - path[-2]]))
+    return np.asarray(path + answer @ weights)
+
+
+def _periodic_second_difference(x: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
+    return np.asarray((np.roll(x, -1) - 2 * x + np.roll(x, 1)) * fps**2)
+
+
+def _solve(
+    zmp: NDArray[np.float64], height: NDArray[np.float64], lift: NDArray[np.float64], fps: float
+) -> NDArray[np.float64]:
+    """COM path of a planned ZMP with x = p at both ends (tridiagonal system)."""
+    stiff = height * fps**2
+    bands = np.zeros((3, len(zmp)))
+    bands[1] = lift + 2 * stiff
+    bands[0, 2:] = -stiff[1:-1]
+    bands[2, :-2] = -stiff[1:-1]
+    bands[1, [0, -1]] = 1.0
+    right = lift[:, None] * zmp
+    right[[0, -1]] = zmp[[0, -1]]
+    return np.asarray(solve_banded((1, 1), bands, right))

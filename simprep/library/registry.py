@@ -1,0 +1,37 @@
+"""Built-in motions by name: generated on first use, kept in memory."""
+
+from collections.abc import Callable
+from functools import cache
+
+from simprep.errors import UnknownNameError
+from simprep.library.stand import stand
+from simprep.library.walk import walk
+from simprep.motion.motion import Motion
+
+_GENERATORS: dict[str, Callable[[], Motion]] = {
+    "stand": stand,
+    "walk": walk,
+}
+
+
+def library_names() -> tuple[str, ...]:
+    """Names of the built-in motions."""
+    return tuple(_GENERATORS)
+
+
+@cache
+def library_motion(name: str) -> Motion:
+    """A built-in motion, bit-identical at every call.
+
+    Locomotion is cyclic (`loop`); a target begins and ends in a standing posture and marks the first frame of its movement
+    as event `target`; strikes mark `impact`.
+
+    Args:
+        name: one of `library_names()`.
+
+    Raises:
+        UnknownNameError: no such motion.
+    """
+    if name not in _GENERATORS:
+        raise UnknownNameError("built-in motion", name, library_names())
+    return _GENERATORS[name]()

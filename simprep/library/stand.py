@@ -1,0 +1,47 @@
+"""Quiet standing with breathing, cyclic."""
+
+import numpy as np
+
+from simprep.library.feet import FootPath, Stance
+from simprep.library.limbs import SIGNS
+from simprep.library.posture import RELAXED, hinge_angles, set_hinges, trunk_rotation
+from simprep.library.whole_body import Plan, solve_whole_body
+from simprep.motion.motion import Motion
+
+FPS = 60.0
+PERIOD_S = 4.0
+"""One breath (15 per minute)."""
+STAND_HEIGHT_M = 1.0
+"""COM height with nearly straight knees."""
+FEET_APART_M = 0.18
+"""Between the ankles: the heels of a preferred quiet stance are 0.17 m apart (McIlroy & Maki 1997)."""
+TOE_OUT = np.radians(7.0)
+CENTRE_M = 0.045
+"""Centre of pressure before the ankles: about the middle of the foot, as in quiet standing."""
+
+
+def stand() -> Motion:
+    """Quiet standing facing x: breathing, and a sway of a few millimetres."""
+    frames = round(PERIOD_S * FPS)
+    times = np.arange(frames) / FPS
+    angle = 2 * np.pi * times / PERIOD_S
+    hinges = np.tile(hinge_angles(RELAXED), (frames, 1))
+    breath = np.radians(0.6) * np.sin(angle)
+    set_hinges(hinges, {"thorax_flexion": -breath, "neck_flexion": breath})
+    poses = [
+        FootPath(side, (Stance(0.0, PERIOD_S, 0.0, SIGNS[side] * FEET_APART_M / 2, TOE_OUT),)).at(times)
+        for side in ("left", "right")
+    ]
+    plan = Plan(
+        fps=FPS,
+        foot_position=np.stack([pose[0] for pose in poses], axis=1),
+        foot_rotation=np.stack([pose[1] for pose in poses], axis=1),
+        contacts=np.stack([pose[2] for pose in poses], axis=1),
+        zmp=np.column_stack([CENTRE_M + 0.004 * np.sin(angle + 0.8), 0.003 * np.sin(2 * angle)]),
+        com_height=np.full(frames, STAND_HEIGHT_M),
+        root_rotation=trunk_rotation(np.zeros(frames), np.zeros(frames), np.zeros(frames)),
+        hinges=hinges,
+        shift=np.zeros(2),
+    )
+    qpos = solve_whole_body(plan)
+    return Motion(qpos, FPS, plan.contacts, name="stand", source="simprep library: stand", loop=True)
