@@ -50,8 +50,23 @@ def detect_contacts(
     Returns:
         (T, 2) left and right foot in contact.
     """
+    return contacts_of_points(forward_kinematics(qpos, body).foot_points - [0.0, 0.0, floor], fps, settings)
+
+
+def contacts_of_points(
+    points: NDArray[np.float64], fps: float, settings: ContactSettings | None = None
+) -> NDArray[np.bool_]:
+    """Foot contacts from the points of the soles.
+
+    Args:
+        points: (T, 2, N, 3) points under the left and right foot, the floor at z = 0 [m].
+        fps: frames per second [1/s].
+        settings: thresholds; None for the defaults.
+
+    Returns:
+        (T, 2) left and right foot in contact.
+    """
     settings = settings or ContactSettings()
-    points = forward_kinematics(qpos, body).foot_points - [0.0, 0.0, floor]  # (T, 2, 4, 3)
     smooth = gaussian_filter1d(points, settings.smoothing * fps, axis=0, mode="nearest")
     velocity = np.gradient(smooth, 1 / fps, axis=0) if len(points) > 1 else np.zeros_like(points)
     speed = np.linalg.norm(velocity, axis=-1)  # (T, 2, 4)

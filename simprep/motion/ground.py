@@ -1,15 +1,26 @@
-"""Ground contact of imported motions: the floor found, stance feet placed and held, the whole pose solved."""
+"""Ground contact of imported motions: the floor found, stance feet placed and held, then the whole pose solved."""
 
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from simprep.humanoid import Body
-from simprep.motion.contacts import detect_contacts
-from simprep.motion.kinematics import forward_kinematics
+from simprep.humanoid import BODIES, Body, humanoid_model
+from simprep.motion.contacts import contacts_of_points, stances
+from simprep.motion.footholds import FootPoses, place_feet, sole_points
 from simprep.motion.retarget import RetargetSettings, residual_mm, solve
-from simprep.motion.targets import Targets
+from simprep.motion.targets import LEFT_FOOT, ORIENTED, RIGHT_FOOT, Targets, unit
+
+FEET = (LEFT_FOOT, RIGHT_FOOT)
+ARMS_AND_KNEES = tuple(
+    BODIES.index(name) for name in BODIES if name.endswith(("hand", "forearm", "shank")) or name in ("pelvis", "head")
+)
+LIMB_RADIUS = 0.045
+"""Radius of the limbs where they touch the floor, for finding it [m]."""
+UNEVEN = 0.08
+"""Footholds whose heights range over more than this do not stand on one level floor [m]."""
+PREROLL_S = 0.25
 
 
 @dataclass(frozen=True)
@@ -30,11 +41,145 @@ class Placed:
 
 
 def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | None = None) -> Placed:
-    """Solve a clip and set it on the floor."""
-    none = np.zeros((len(targets.positions), 2), dtype=bool)
-    qpos = solve(targets, none, body, settings, floor=False)
-    lowest = forward_kinematics(qpos, body).foot_points[..., 2].min(axis=(1, 2))
-    qpos[:, 2] -= np.percentile(lowest, 20)
-    lowest = lowest - np.percentile(lowest, 20)
-    contacts = detect_contacts(qpos, targets.fps, body)
-    return Placed(qpos, contacts, residual_mm(qpos, targets, body))
+    """Find the floor, place the feet and solve the clip.
+
+    Cyclic clips are treated as the middle one of three cycles, so that their ends fit.
+
+    Args:
+        targets: the source with our bone lengths, anywhere over its own floor.
+        body: the humanoid.
+        settings: of the inverse kinematics.
+    """
+    n = len(targets.positions)
+    cyclic = targets.step is not None
+    whole = _three_cycles(targets) if cyclic else targets
+    levelled, warnings = level_floor(whole, body)
+    feet = FootPoses(levelled.positions[:, FEET], levelled.orientations[:, 3:5])
+    contacts = contacts_of_points(sole_points(feet, body), targets.fps)
+    placed = place_feet(feet, contacts, targets.fps, body)
+    whole = _follow(levelled, placed, contacts, body)
+    if cyclic:
+        before = min(n, round(PREROLL_S * targets.fps))
+        keep = slice(n - before, 2 * n)
+        part = replace(whole, positions=whole.positions[keep], orientations=whole.orientations[keep])
+        qpos = solve(part, contacts[keep], body, settings)[before:]
+        contacts = contacts[n : 2 * n]
+        assert targets.step is not None
+        qpos[:, :3] -= targets.step
+    else:
+        qpos = solve(whole, contacts, body, settings)
+    return Placed(qpos, contacts, residual_mm(qpos, targets, body), tuple(warnings))
+
+
+def _three_cycles(targets: Targets) -> Targets:
+    assert targets.step is not None
+    positions = np.concatenate([targets.positions + cycle * targets.step for cycle in range(3)])
+    return replace(targets, positions=positions, orientations=np.tile(targets.orientations, (3, 1, 1, 1)))
+
+
+def level_floor(targets: Targets, body: Body) -> tuple[Targets, list[str]]:
+    """Shift the targets so that the floor is at z = 0; an uneven ground is levelled.
+
+    The floor is where feet are still: the median height of the lower foot's sole while it hardly moves. Where knees,
+    hands or the trunk come lower than that (crawling), they decide.
+
+    Args:
+        targets: the source with our bone lengths.
+        body: the humanoid.
+
+    Returns:
+        the shifted targets, and warnings.
+    """
+    feet = FootPoses(targets.positions[:, FEET], targets.orientations[:, 3:5])
+    points = sole_points(feet, body)
+    lowest = points[..., 2].min(axis=-1)  # (T, 2)
+    lower = lowest.min(axis=1)
+    still = _slowest_point(points, targets.fps) < 0.3
+    footing = np.array(
+        [
+            (first + after - 1) / 2 * np.array([1.0, 0.0]) + np.array([0.0, np.median(lowest[first:after, side])])
+            for side in range(2)
+            for first, after in stances(still[:, side] & (lowest[:, side] < lower + 0.03))
+            if after - first >= 0.1 * targets.fps
+        ]
+    ).reshape(-1, 2)
+    limbs = targets.positions[:, ARMS_AND_KNEES, 2].min(axis=1) - LIMB_RADIUS
+    warnings = []
+    level = np.full(len(lower), float(np.percentile(lower, 10)) if not len(footing) else float(np.median(footing[:, 1])))
+    crawling = float(np.percentile(limbs, 20))
+    if crawling < level[0] - 0.01:
+        level[:] = crawling
+    elif len(footing) > 2 and np.ptp(footing[:, 1]) > UNEVEN:
+        order = np.argsort(footing[:, 0])
+        level = np.interp(np.arange(len(lower)), footing[order, 0], footing[order, 1])
+        level = gaussian_filter1d(level, 0.08 * targets.fps, mode="nearest")
+        warnings.append(
+            f"the ground is uneven (footholds differ by {np.ptp(footing[:, 1]):.2f} m in height): levelled"
+        )
+    positions = targets.positions.copy()
+    positions[..., 2] -= level[:, None]
+    return replace(targets, positions=positions), warnings
+
+
+def _slowest_point(points: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
+    """Speed of each foot's slowest sole point (T, 2) [m/s]."""
+    if len(points) < 2:
+        return np.zeros(points.shape[:2])
+    smooth = gaussian_filter1d(points, 0.015 * fps, axis=0, mode="nearest")
+    return np.asarray(np.linalg.norm(np.gradient(smooth, 1 / fps, axis=0), axis=-1).min(axis=-1))
+
+
+def _follow(targets: Targets, feet: FootPoses, contacts: NDArray[np.bool_], body: Body) -> Targets:
+    """The rest of the body follows its feet: the mean shift of the standing feet, smoothed; knees in their planes."""
+    fps = targets.fps
+    model = humanoid_model(body)
+    thigh, shank = (float(np.linalg.norm(model.body_pos[1 + BODIES.index(f"left_{part}")])) for part in ("shank", "foot"))
+    moved = feet.position - targets.positions[:, FEET]
+    shift = _smooth_mean(moved, contacts, 0.12 * fps)
+    positions = targets.positions + shift[:, None]
+    positions[:, FEET] = feet.position
+    hips = [BODIES.index("left_thigh"), BODIES.index("right_thigh")]
+    # where a standing foot is out of reach, the body sinks to it
+    away = positions[:, hips] - positions[:, FEET]
+    plan = np.minimum(np.linalg.norm(away[..., :2], axis=-1), 0.99 * (thigh + shank))
+    reach = np.sqrt((0.998 * (thigh + shank)) ** 2 - plan**2)
+    sink = np.maximum(0.0, np.where(contacts, away[..., 2] - reach, 0.0)).max(axis=1)
+    width = max(1, round(0.1 * fps))
+    sink = gaussian_filter1d(maximum_filter1d(sink, 2 * width + 1), 0.5 * width, mode="nearest")
+    feet_and_knees = [*FEET, BODIES.index("left_shank"), BODIES.index("right_shank")]
+    others = [number for number in range(len(BODIES)) if number not in feet_and_knees]
+    positions[:, others, 2] -= sink[:, None]
+    for number, side in enumerate(("left", "right")):
+        knee = BODIES.index(f"{side}_shank")
+        positions[:, knee] = _knee(
+            positions[:, hips[number]], positions[:, FEET[number]], positions[:, knee], thigh, shank
+        )
+    orientations = targets.orientations.copy()
+    orientations[:, len(ORIENTED) - 2 :] = feet.rotation
+    return replace(targets, positions=positions, orientations=orientations)
+
+
+def _smooth_mean(moved: NDArray[np.float64], contacts: NDArray[np.bool_], sigma: float) -> NDArray[np.float64]:
+    """Gaussian-weighted mean over time of the standing feet's shifts (T, 3); 0 where nobody stands."""
+    if not contacts.any():
+        return np.zeros((len(moved), 3))
+    weight = contacts.astype(float)
+    total = (moved * weight[..., None]).sum(axis=1)
+    count = weight.sum(axis=1)
+    known = np.flatnonzero(count)
+    filled = np.stack([np.interp(np.arange(len(moved)), known, total[known, i] / count[known]) for i in range(3)], axis=1)
+    return np.asarray(gaussian_filter1d(filled, sigma, axis=0, mode="nearest"))
+
+
+def _knee(
+    hip: NDArray[np.float64], ankle: NDArray[np.float64], knee: NDArray[np.float64], thigh: float, shank: float
+) -> NDArray[np.float64]:
+    """Knee positions (T, 3) for given hips and ankles, bent towards where the knees were."""
+    line = ankle - hip
+    distance = np.clip(np.linalg.norm(line, axis=-1, keepdims=True), 1e-6, thigh + shank)
+    along = unit(line)
+    side = knee - hip
+    side = unit(side - along * (side * along).sum(axis=-1, keepdims=True))
+    part = (distance**2 + thigh**2 - shank**2) / (2 * distance)
+    off = np.sqrt(np.maximum(0.0, thigh**2 - part**2))
+    return np.asarray(hip + along * part + side * off)
