@@ -13,7 +13,8 @@ from simprep.humanoid import humanoid_model
 from simprep.metrics.dynamics import GRAVITY, residual_wrench, whole_body, zero_moment_point
 from simprep.metrics.smoothing import smooth_motion
 from simprep.metrics.support import signed_distance, support_centre, support_mask
-from simprep.motion.kinematics import foot_geom_ids
+from simprep.motion.edit import sample
+from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 
 _LOWEST_PENDULUM_M = 0.2
@@ -91,25 +92,25 @@ def balance(motion: Motion, friction: float = 1.0) -> Balance:
     """
     model = humanoid_model(motion.body)
     smooth = smooth_motion(motion)
-    feet = foot_geom_ids(motion.body)
-    body = whole_body(model, smooth.qpos, smooth.qvel, smooth.qacc, geoms=feet)
-    points = body.geom_centres - model.geom_size[feet, :1] * [0.0, 0.0, 1.0]  # (n, 2, 4, 3)
-    n = len(points)
-    mask = support_mask(points, smooth.contacts).reshape(n, -1)
-    points = points.reshape(n, -1, 3)
+    body = whole_body(model, smooth.qpos, smooth.qvel, smooth.qacc)
+    # positions come from the poses as they are: the filter would smear a foot's touch-down over its stance
+    poses = forward_kinematics(sample(motion, smooth.time), motion.body)
+    n = len(smooth.time)
+    mask = support_mask(poses.foot_points, smooth.contacts).reshape(n, -1)
+    points = poses.foot_points.reshape(n, -1, 3)
     floor = points[..., :2]
-    com = body.com[:, :2]
+    com = poses.com[:, :2]
     centre = support_centre(floor, mask)
-    xcom = extrapolated_com(body.com, body.com_velocity)
-    zmp = zero_moment_point(body.com, body.force, body.torque, float(model.body_mass.sum()) * GRAVITY)
+    xcom = extrapolated_com(poses.com, body.com_velocity)
+    zmp = zero_moment_point(poses.com, body.force, body.torque, float(model.body_mass.sum()) * GRAVITY)
     zmp[~smooth.interior] = np.nan
     rows = np.flatnonzero(smooth.interior)[::_RESIDUAL_STRIDE]
     force, torque = residual_wrench(
-        body.com[rows], body.force[rows], body.torque[rows], points[rows], mask[rows], friction
+        poses.com[rows], body.force[rows], body.torque[rows], points[rows], mask[rows], friction
     )
     return Balance(
         time=smooth.time,
-        com=body.com,
+        com=poses.com,
         support_centre=centre,
         foot_points=floor,
         support=mask,

@@ -14,6 +14,9 @@ from simprep.motion.motion import Motion
 SLIP_HZ = 60.0
 CARRYING_HEIGHT_M = 0.005
 SLIP_FLOOR_MM_PER_STANCE = 1.0
+STANCE_EDGE_S = 1.0 / 60.0
+"""Left out at both ends of a stance: half a frame of 30 Hz capture, better than which its contacts are not known."""
+
 _GAP_S = 0.06
 
 
@@ -70,10 +73,10 @@ def sphere_slip(
 def foot_slip(motion: Motion) -> FootSlip:
     """How far feet in contact slide.
 
-    Every frame interval with the foot in contact at both ends counts, sampled at about 60 Hz (every k-th frame, so that noise
+    Every interval with the foot in contact at both ends counts, but for the first and last 1/60 s of a stance, sampled at about 60 Hz (every k-th frame, so that noise
     does not add up with the frame rate). The carrying points are those of the four foot spheres at most 5 mm above the foot's
     lowest; their slip (`sphere_slip`) is averaged. Rolling from heel over ball to toe is not slip. It captures sliding and
-    pivoting; it hides which contact rule set the flags (a lenient one counts the end of the swing as slip), and a foot that hovers.
+    pivoting; it hides the very moments of touch-down and lift-off, which contact rule set the flags, and a foot that hovers.
 
     Args:
         motion: a motion of at least 2 frames, with its contact flags (measured ones for a simulated motion).
@@ -85,20 +88,22 @@ def foot_slip(motion: Motion) -> FootSlip:
     feet = foot_geom_ids(motion.body)
     stride = max(1, round(motion.fps / SLIP_HZ))
     centres, rotations = _foot_frames(motion.qpos[::stride], motion.body)
-    contacts = motion.contacts[::stride]
     radius = model.geom_size[feet, 0]
     slip = sphere_slip(centres, rotations[:, :, None], radius)  # (n - 1, 2, 4)
     bottom = centres[..., 2] - radius
     height = (bottom[1:] + bottom[:-1]) / 2
     carrying = height <= height.min(axis=2, keepdims=True) + CARRYING_HEIGHT_M
     travel = (slip * carrying).sum(axis=2) / carrying.sum(axis=2)
-    stands = contacts[1:] & contacts[:-1]
+    edge = int(np.ceil(STANCE_EDGE_S * motion.fps - 0.5 - 1e-9))
+    inner = np.stack([_inner_stance(motion.contacts[:, side], _GAP_S * motion.fps, edge) for side in (0, 1)], axis=1)
+    counts = (inner & motion.contacts)[::stride]
+    stands = counts[1:] & counts[:-1]
     interval = stride / motion.fps
     return FootSlip(
         travel_m=float(travel[stands].sum()),
         contact_s=float(stands.sum()) * interval,
         duration_s=len(stands) * interval,
-        stance_count=sum(_stance_count(contacts[:, side], interval) for side in (0, 1)),
+        stance_count=sum(len(stances(inner[:, side])) for side in (0, 1)),
     )
 
 
@@ -158,9 +163,14 @@ def _foot_frames(qpos: NDArray[np.float64], body: Body) -> tuple[NDArray[np.floa
     return centres, rotations
 
 
-def _stance_count(contact: NDArray[np.bool_], interval: float) -> int:
+def _inner_stance(contact: NDArray[np.bool_], gap: float, edge: int) -> NDArray[np.bool_]:
+    """Stances without their edges; shorter gaps are closed first, and the ends of the motion are no edges."""
     closed = contact.copy()
     for first, after in stances(~contact):
-        if first > 0 and after < len(contact) and (after - first) * interval < _GAP_S:
+        if first > 0 and after < len(contact) and after - first < gap:
             closed[first:after] = True
-    return len(stances(closed))
+    inner = np.zeros_like(closed)
+    for first, after in stances(closed):
+        begin = first + edge if first > 0 else first
+        inner[begin : after - edge if after < len(closed) else after] = True
+    return inner

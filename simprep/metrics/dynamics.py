@@ -23,8 +23,6 @@ class WholeBody:
         angular_momentum: (n, 3) about the COM [kg m^2/s].
         force: (n, 3) external force that the accelerations need, gravity not counted as external [N].
         torque: (n, 3) the same wrench's moment about the COM [N m].
-        geom_centres: (n, g, 3) centres of the geoms asked for [m].
-        body_rotations: (n, b, 3, 3) orientations of the bodies asked for.
     """
 
     com: NDArray[np.float64]
@@ -32,8 +30,6 @@ class WholeBody:
     angular_momentum: NDArray[np.float64]
     force: NDArray[np.float64]
     torque: NDArray[np.float64]
-    geom_centres: NDArray[np.float64]
-    body_rotations: NDArray[np.float64]
 
 
 def whole_body(
@@ -41,8 +37,6 @@ def whole_body(
     qpos: NDArray[np.float64],
     qvel: NDArray[np.float64],
     qacc: NDArray[np.float64],
-    geoms: NDArray[np.intp] | None = None,
-    bodies: NDArray[np.intp] | None = None,
 ) -> WholeBody:
     """Momenta and needed external wrench by recursive Newton-Euler inverse dynamics (`mj_rne`).
 
@@ -54,19 +48,14 @@ def whole_body(
         qpos: (n, nq).
         qvel: (n, nv).
         qacc: (n, nv).
-        geoms: geom ids whose centres are wanted.
-        bodies: body ids whose orientations are wanted.
 
     Returns:
         WholeBody.
     """
     data = mujoco.MjData(model)
     n = len(qpos)
-    geoms = np.empty(0, dtype=np.intp) if geoms is None else geoms
-    bodies = np.empty(0, dtype=np.intp) if bodies is None else bodies
     com, velocity, angular = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     force, torque = np.empty((n, 3)), np.empty((n, 3))
-    centres, rotations = np.empty((n, *geoms.shape, 3)), np.empty((n, len(bodies), 3, 3))
     needed = np.empty(model.nv)
     for frame in range(n):
         data.qpos[:], data.qvel[:], data.qacc[:] = qpos[frame], qvel[frame], qacc[frame]
@@ -81,9 +70,7 @@ def whole_body(
         force[frame] = needed[:3]
         moment = data.xmat[1].reshape(3, 3) @ needed[3:6]  # about the root's origin, in its own frame until here
         torque[frame] = moment + np.cross(data.xpos[1] - data.subtree_com[1], needed[:3])
-        centres[frame] = data.geom_xpos[geoms]
-        rotations[frame] = data.xmat[bodies].reshape(-1, 3, 3)
-    return WholeBody(com, velocity, angular, force, torque, centres, rotations)
+    return WholeBody(com, velocity, angular, force, torque)
 
 
 def zero_moment_point(

@@ -99,7 +99,7 @@ def evaluate_run(run: Run, launch_s: float | None = None, prepared_s: tuple[floa
     errors = position_errors(simulated, reference)
     reference_motion = _reference_motion(run, motion)
     slip, reference_slip = foot_slip(motion), foot_slip(reference_motion)
-    pressure = centre_of_pressure_to_edge(series, run.time[1:] - run.time[0], run.centre_of_pressure)
+    pressure = centre_of_pressure_to_edge(series, run.time[:-1] - run.time[0], run.centre_of_pressure)
     numbers = {
         **errors,
         **derivative_errors(simulated, reference, rate),

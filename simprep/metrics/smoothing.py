@@ -4,7 +4,9 @@ A finite difference of captured or simulated positions amplifies noise by a powe
 acceleration and jerk taken from it say more about the timestep than about the body. Here a signal is interpolated by a
 cubic spline to at least 240 Hz and convolved with derivatives of a Gaussian of standard deviation `SIGMA_S`
 (-3 dB at 13 Hz, the upper end of the 6 to 15 Hz that gait analysis uses). A sinusoid of angular frequency w keeps
-exp(-(w * SIGMA_S)^2 / 2) of its amplitude. What this hides: impacts shorter than about 20 ms.
+exp(-(w * SIGMA_S)^2 / 2) of its amplitude. What this hides: impacts shorter than about 20 ms. Whole-body inverse dynamics of
+poses uses `DYNAMICS_SIGMA_S`, -3 dB at 6.6 Hz: gait laboratories take 6 Hz (Winter 2009, ch. 2), as what is above it in
+captured motion is mostly noise, which masses of tens of kilograms turn into hundreds of newtons.
 """
 
 from collections.abc import Sequence
@@ -21,8 +23,9 @@ from simprep.motion.motion import Motion
 SIGMA_S = 0.010
 GRID_HZ = 240.0
 ANALYSIS_HZ = 60.0
-EDGE_S = 4 * SIGMA_S
-"""Accelerations this close to either end of a motion rest on extrapolation and are left out of statistics."""
+DYNAMICS_SIGMA_S = 0.020
+EDGE_S = 4 * DYNAMICS_SIGMA_S
+"""Whole-body accelerations this close to either end of a motion rest on extrapolation and are left out of statistics."""
 
 _TRUNCATE = 8.0  # a shorter kernel of second order has a constant gain: 4 cm/s^2 per metre at 5 sigma
 
@@ -92,12 +95,13 @@ class SmoothMotion:
         return np.asarray((self.time > EDGE_S - 1e-9) & (self.time < self.time[-1] - EDGE_S + 1e-9))
 
 
-def smooth_motion(motion: Motion, rate: float = ANALYSIS_HZ) -> SmoothMotion:
+def smooth_motion(motion: Motion, rate: float = ANALYSIS_HZ, sigma: float = DYNAMICS_SIGMA_S) -> SmoothMotion:
     """Low-passed poses, velocities and accelerations of a motion of at least 2 frames.
 
     Args:
         motion: the motion.
         rate: frames per second of the result [1/s].
+        sigma: standard deviation of the Gaussian [s].
 
     Returns:
         SmoothMotion.
@@ -105,7 +109,7 @@ def smooth_motion(motion: Motion, rate: float = ANALYSIS_HZ) -> SmoothMotion:
     qpos = motion.qpos.copy()
     flips = np.where(np.sum(qpos[1:, 3:7] * qpos[:-1, 3:7], axis=1) < 0, -1.0, 1.0)
     qpos[1:, 3:7] *= np.cumprod(flips)[:, None]  # q and -q are one rotation, but no smooth path joins them
-    times, (value, first, second) = gaussian_derivatives(qpos, motion.fps, (0, 1, 2), rate)
+    times, (value, first, second) = gaussian_derivatives(qpos, motion.fps, (0, 1, 2), rate, sigma)
     quat, quat_rate, quat_acceleration = value[:, 3:7], first[:, 3:7], second[:, 3:7]
     norm = np.sum(quat**2, axis=1, keepdims=True)
     norm_rate = 2 * np.sum(quat * quat_rate, axis=1, keepdims=True)

@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import hinge_index
 from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, slip_ratio, sphere_slip
-from simprep.motion.edit import move
+from simprep.motion.edit import move, resample
 from simprep.motion.motion import Motion
 
 
@@ -60,10 +60,23 @@ def test_nothing_counts_outside_contact_and_chatter_is_one_stance():
     contacts[45, 0] = False  # one lost sample
     slip = foot_slip(Motion(motion.qpos, 60.0, contacts))
     assert slip.stance_count == 1
-    assert slip.travel_m == pytest.approx(28 / 60)  # 30 intervals less the two that touch the lost sample
+    assert slip.travel_m == pytest.approx(26 / 60)  # 30 intervals, less the lost sample's and the edges'
     flight = foot_slip(rigid_motion(np.zeros((30, 3)), 60.0, contact=False))
     assert flight.travel_m == 0
     assert np.isnan(flight.mm_per_stance)
+
+
+def test_contacts_of_slow_capture_do_not_add_slip_when_resampled():
+    # a foot that stands for 0.5 s between swings at 2 m/s, captured at 30 Hz
+    time = np.arange(61) / 30.0
+    path = 2 * (np.minimum(time, 0.5) + np.maximum(time - 1, 0))
+    motion = rigid_motion(np.stack([path, 0 * time, 0 * time], axis=1), 30.0)
+    captured = Motion(motion.qpos, 30.0, np.repeat(((time > 0.49) & (time < 1.01))[:, None], 2, axis=1))
+    for fps in (30.0, 60.0, 120.0, 240.0):
+        slip = foot_slip(resample(captured, fps))
+        assert slip.travel_m == pytest.approx(0, abs=1e-9)
+        assert slip.stance_count == 2
+        assert slip.contact_s > 0.9
 
 
 def test_place_heading_and_frame_rate_do_not_matter():
