@@ -13,6 +13,7 @@ from simprep.cli.import_motion import Import
 from simprep.cli.track import Track
 from simprep.cli.validate import Validate
 from simprep.errors import SimprepError
+from simprep.report import gl
 
 OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 
@@ -70,10 +71,8 @@ def _keep_gl_out_of_import() -> None:
 
     mujoco loads the library that MUJOCO_GL names while it is imported, and fails with it; pictures are optional here.
     """
-    wish = os.environ.get("MUJOCO_GL")
-    if "mujoco" not in sys.modules and wish != "disable":
-        if wish:
-            os.environ["SIMPREP_GL"] = wish
+    if "mujoco" not in sys.modules:
+        os.environ.setdefault(gl.WISH, os.environ.get("MUJOCO_GL", ""))
         os.environ["MUJOCO_GL"] = "disable"
 
 

@@ -25,15 +25,16 @@ def resolve_motion(text: str) -> Motion:
         UnknownNameError: neither; the message lists the built-in names and the file types.
         MotionFileError: it looks like a path, and the file is missing or cannot be read.
     """
+    if Path(text).suffix or len(Path(text).parts) > 1:
+        from simprep.motion.load import load_motion
+
+        return load_motion(text)
+
     from simprep.library import library_motion, library_names
 
     names = tuple(library_names())
     if text in names:
         return library_motion(text)
-    if Path(text).exists() or Path(text).suffix or len(Path(text).parts) > 1:
-        from simprep.motion.load import load_motion
-
-        return load_motion(text)
     raise UnknownNameError("motion", text, (*names, f"or the path of a file: {', '.join(FILE_TYPES)}"))
 
 

@@ -17,6 +17,8 @@ from simprep.errors import SimprepError
 
 LINUX_BACKENDS = ("egl", "osmesa", "glfw")
 PROBE_TIMEOUT_S = 20.0
+WISH = "SIMPREP_GL"
+"""Environment variable that stands for MUJOCO_GL where the command line has hidden that one from `import mujoco`."""
 OFF = ("disable", "disabled", "off", "false", "0")
 
 INSTALL_HINT = (
@@ -63,8 +65,8 @@ def find_backend() -> Backend:
     Raises:
         NoGlError: none works, or MUJOCO_GL turns drawing off.
     """
-    wish = (os.environ.get("SIMPREP_GL") or os.environ.get("MUJOCO_GL") or "").lower().strip()
-    if wish in OFF and wish:
+    wish = os.environ.get(WISH, os.environ.get("MUJOCO_GL", "")).lower().strip()
+    if wish in OFF:
         raise NoGlError(f"drawing is turned off by MUJOCO_GL={wish}")
     if wish in ("", "on", "true", "1", "enable", "enabled"):
         candidates: tuple[str, ...] = ("cgl", "glfw") if platform.system() == "Darwin" else LINUX_BACKENDS

@@ -1,0 +1,158 @@
+"""How fast simprep is on this machine. Run it alone: other work on the cores changes the numbers several times over.
+
+Example: python scripts/bench.py --json
+
+Prints `import_fps` (a BVH file to a cleaned motion), `fk_fps` (forward kinematics), `preparation_fps` (blending,
+inverse kinematics and posture optimisation, one core), `sim_steps_per_s_1` and `_2` (simulation steps of the standing
+humanoid on one and two threads), `mpc_s_per_s` (computing time per second of motion), `mpc_overhead_share` (share of it
+spent outside MuJoCo) and `peak_rss_mb`.
+"""
+
+import os
+
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # before numpy: small matrices only lose by more
+
+import argparse
+import json
+import resource
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+
+from simprep.humanoid import standing_qpos
+from simprep.library import library_motion
+from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.load import load_motion
+from simprep.physics.track import track
+from simprep.preparation import prepare
+from simprep.scene import build_scene
+
+MPC_SECONDS = 3.0
+PREPARED_SECONDS = 6.0
+SIMULATIONS, SIMULATION_STEPS = 64, 240
+
+# name, parent, offset [cm] (y up, x left, z forward), swing amplitude [deg] about x
+SKELETON = (
+    ("Hips", "", (0, 0, 0), 0), ("Spine", "Hips", (0, 12, 0), 2), ("Spine1", "Spine", (0, 20, 0), 2),
+    ("Neck", "Spine1", (0, 22, 0), 0), ("Head", "Neck", (0, 10, 0), 0),
+    ("LeftArm", "Spine1", (18, 16, 0), 25), ("LeftForeArm", "LeftArm", (0, -28, 0), 10),
+    ("LeftHand", "LeftForeArm", (0, -26, 0), 0),
+    ("RightArm", "Spine1", (-18, 16, 0), -25), ("RightForeArm", "RightArm", (0, -28, 0), -10),
+    ("RightHand", "RightForeArm", (0, -26, 0), 0),
+    ("LeftUpLeg", "Hips", (9, -4, 0), -25), ("LeftLeg", "LeftUpLeg", (0, -42, 0), 15),
+    ("LeftFoot", "LeftLeg", (0, -42, 0), 5), ("LeftToeBase", "LeftFoot", (0, -6, 14), 0),
+    ("RightUpLeg", "Hips", (-9, -4, 0), 25), ("RightLeg", "RightUpLeg", (0, -42, 0), 15),
+    ("RightFoot", "RightLeg", (0, -42, 0), 5), ("RightToeBase", "RightFoot", (0, -6, 14), 0),
+)  # fmt: skip
+
+
+def synthetic_bvh(frames: int = 600, fps: float = 60.0) -> str:
+    """A BVH file of a stiff walk in place, y up, centimetres: enough structure to cost what a real file costs."""
+    lines = ["HIERARCHY"]
+
+    def joint(name: str, depth: int) -> None:
+        indent = "  " * depth
+        x, y, z = next(offset for own, _, offset, _ in SKELETON if own == name)
+        children = [own for own, parent, _, _ in SKELETON if parent == name]
+        channels = "6 Xposition Yposition Zposition" if depth == 0 else "3"
+        lines.extend([
+            f"{indent}{'ROOT' if depth == 0 else 'JOINT'} {name}", indent + "{", f"{indent}  OFFSET {x} {y} {z}",
+            f"{indent}  CHANNELS {channels} Zrotation Xrotation Yrotation",
+        ])  # fmt: skip
+        for child in children:
+            joint(child, depth + 1)
+        if not children:
+            lines.extend([f"{indent}  End Site", indent + "  {", f"{indent}    OFFSET 0 -4 4", indent + "  }"])
+        lines.append(indent + "}")
+
+    joint("Hips", 0)
+    phase = 2 * np.pi * np.arange(frames) / fps
+    columns = [np.zeros(frames), np.full(frames, 94.0), np.zeros(frames)]
+    for name, _, _, amplitude in SKELETON:
+        one_sided = name.endswith(("Leg", "ForeArm")) and "Up" not in name
+        swing = abs(amplitude) * (1 - np.cos(phase)) / 2 if one_sided else amplitude * np.sin(phase)
+        columns += [np.zeros(frames), swing, np.zeros(frames)]
+    rows = [" ".join(f"{value:.4f}" for value in row) for row in np.stack(columns, axis=1)]
+    return "\n".join([*lines, "MOTION", f"Frames: {frames}", f"Frame Time: {1 / fps:.6f}", *rows, ""])
+
+
+def best_rate(work: Callable[[], float], repeats: int = 3) -> float:
+    """Largest of a few rates: work returns how much it did [1]; the rate is per second."""
+    rates = []
+    for _ in range(repeats):
+        begin = perf_counter()
+        amount = work()
+        rates.append(amount / (perf_counter() - begin))
+    return max(rates)
+
+
+def simulation_rate(threads: int) -> float:
+    """Simulation steps per second of the standing humanoid."""
+    model = build_scene()
+    batch = Batch(model, SIMULATIONS, nthread=threads)
+    qpos = batch.bind("qpos")
+    control = np.zeros((SIMULATIONS, SIMULATION_STEPS, model.nu))
+
+    def work() -> float:
+        qpos[:] = standing_qpos()
+        batch.bind("qvel")[:] = 0.0
+        batch.rollout(SIMULATION_STEPS, control=control, control_spec=mujoco.mjtState.mjSTATE_CTRL, record=("qpos",))
+        return float(SIMULATIONS * SIMULATION_STEPS)
+
+    return best_rate(work)
+
+
+def import_rate(file: Path | None) -> float:
+    """Frames per second of importing a file, or the synthetic one."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = file or Path(folder) / "synthetic.bvh"
+        if file is None:
+            path.write_text(synthetic_bvh(), encoding="utf-8")
+        load_motion(path)  # imports and model compilation are paid once
+        return best_rate(lambda: float(len(load_motion(path))), repeats=2)
+
+
+def measure(file: Path | None) -> dict[str, float]:
+    """Every number of the benchmark."""
+    walk, punch = library_motion("walk"), library_motion("punch_right")
+    alpha = np.linspace(0.0, 1.0, round(PREPARED_SECONDS * walk.fps))
+    prepare(walk, punch, alpha[:10])
+    poses = np.resize(walk.qpos, (5000, walk.qpos.shape[1]))
+    numbers = {
+        "import_fps": import_rate(file),
+        "fk_fps": best_rate(lambda: float(len(forward_kinematics(poses).com))),
+        "preparation_fps": best_rate(lambda: float(len(prepare(walk, punch, alpha).motion))),
+        "sim_steps_per_s_1": simulation_rate(1),
+        "sim_steps_per_s_2": simulation_rate(2),
+    }
+    prepared = prepare(walk, punch, 0.0, duration=MPC_SECONDS).motion
+    run = track(prepared, "mpc", seed=0)
+    numbers["mpc_s_per_s"] = run.wall_s / run.end_s
+    numbers["mpc_overhead_share"] = run.overhead_share
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    numbers["peak_rss_mb"] = peak / (1024**2 if sys.platform == "darwin" else 1024)
+    return numbers
+
+
+def main() -> None:
+    """Measure and print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
+    parser.add_argument("--file", type=Path, help="motion file for import_fps; default: a synthetic BVH file")
+    arguments = parser.parse_args()
+    numbers = {name: float(f"{value:.4g}") for name, value in measure(arguments.file).items()}
+    if arguments.json:
+        print(json.dumps(numbers))
+    else:
+        for name, value in numbers.items():
+            print(f"{name:20} {value:g}")
+
+
+if __name__ == "__main__":
+    main()

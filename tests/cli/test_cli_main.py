@@ -1,0 +1,133 @@
+"""The command line: exit codes, one-line errors, help, exactly one JSON object, nothing heavy before it is needed."""
+
+import json
+import subprocess
+import sys
+from time import perf_counter
+
+import numpy as np
+import pytest
+
+from simprep.cli.main import main
+from simprep.errors import SettingError
+from simprep.humanoid import hinge_index, standing_qpos
+from simprep.motion.motion import Motion
+from simprep.motion.store import save_motion
+
+COMMANDS = ("validate", "track", "import")
+TRACK_KEYS = {
+    "success", "end", "fell_at_s", "g_mpjpe_mm", "mpjpe_mm", "foot_slip_ratio", "penetration_mm", "s_per_s", "assist_n",
+}  # fmt: skip
+
+
+@pytest.fixture
+def arm_raise(tmp_path):
+    """A file with 0.8 s of standing while an arm rises."""
+    qpos = np.repeat(standing_qpos()[None], 25, axis=0)
+    qpos[:, 7 + hinge_index("left_shoulder_flexion")] = np.linspace(0, 0.6, 25)
+    motion = Motion(qpos, 30.0, np.ones((25, 2), bool), name="arm_raise", source="test")
+    return save_motion(motion, tmp_path / "arm_raise.npz")
+
+
+def test_help_is_light_and_fast():
+    heavy = ["numpy", "scipy", "mujoco", "pysindy", "mink", "matplotlib", "PIL"]
+    code = (
+        "import sys; from simprep.cli.main import main; assert main(['--help']) == 0; "
+        f"print('LOADED', [name for name in {heavy!r} if name in sys.modules])"
+    )
+    times = []
+    for _ in range(3):
+        begin = perf_counter()
+        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+        times.append(perf_counter() - begin)
+        assert done.stdout.strip().endswith("LOADED []")
+    assert min(times) < 1.0
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_every_command_explains_itself_with_an_example(command, capsys):
+    assert main([command, "--help"]) == 0
+    assert f"Example: simprep {command}" in capsys.readouterr().out.replace("\n", " ")
+
+
+@pytest.mark.parametrize(
+    "arguments", [["nonsense"], ["track"], ["track", "walk", "--seed", "x"], ["validate", "--foo"]]
+)
+def test_wrong_usage_exits_2(arguments, capsys):
+    assert main(arguments) == 2
+    assert not capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["track", "no_such_motion"], ("unknown motion 'no_such_motion'", "walk", ".bvh")),
+        (["track", "missing/file.bvh"], ("missing/file.bvh", "no such file")),
+        (["validate", "--target", "walk", "walk"], ("targets walk, walk", "all different")),
+        (["validate", "--alpha", "1.5"], ("alpha 1.5", "0 to 1")),
+        (["validate", "--target-frame", "3"], ("--target-frame", "exactly one --target")),
+        (["validate", "--seeds", "0"], ("--seeds 0", "1 to 1000")),
+    ],
+)
+def test_a_bad_wish_is_one_line_and_exit_2(arguments, words, capsys):
+    assert main(arguments) == 2
+    printed = capsys.readouterr()
+    assert not printed.out
+    assert printed.err.startswith("simprep: ")
+    assert printed.err.count("\n") == 1
+    for word in words:
+        assert word in printed.err
+
+
+def test_an_error_in_a_process_has_no_traceback(tmp_path):
+    (tmp_path / "bad.npz").write_bytes(b"not an archive")
+    command = [sys.executable, "-m", "simprep.cli.main", "track", str(tmp_path / "bad.npz")]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr.startswith("simprep: ")
+    assert "Traceback" not in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_track_prints_one_json_object_and_writes_its_files(arm_raise, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["track", str(arm_raise), "--controller", "pd", "-o", str(out), "--json", "--no-pictures"]) == 0
+    printed = capsys.readouterr()
+    content = json.loads(printed.out)
+    assert set(content) >= TRACK_KEYS
+    assert content["end"] == "done"
+    assert content["success"] is True
+    assert content["assist_n"] == 0
+    assert 0 < content["mpjpe_mm"] < 200
+    assert str(out / "run.npz") in printed.err
+    assert json.loads((out / "metrics.json").read_text()) == content
+    with np.load(out / "run.npz") as run:
+        steps = len(run["torque"])
+        assert run["qpos"].shape == (steps + 1, 44)
+        assert run["foot_contact"].shape == (steps, 2)
+        assert json.loads(str(run["header"]))["schema"] == "simprep.run/1"
+
+
+def test_track_frames_and_seconds(arm_raise, tmp_path, capsys):
+    arguments = ["track", str(arm_raise), "--controller", "pd", "-o", str(tmp_path / "out"), "--json", "--no-pictures"]
+    assert main([*arguments, "--frames", "5:20"]) == 0
+    assert json.loads(capsys.readouterr().out)["survived_s"] == pytest.approx(14 / 30, abs=0.01)
+    assert main([*arguments, "--seconds", "0.3"]) == 0
+    assert json.loads(capsys.readouterr().out)["survived_s"] == pytest.approx(0.3, abs=0.01)
+    assert main([*arguments, "--frames", "20:5"]) == 2
+    assert "frames 20:5" in capsys.readouterr().err
+    assert main([*arguments, "--frames", "a:5"]) == 2
+    assert "--frames 'a:5'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("problem", "code", "said"),
+    [(KeyboardInterrupt("3 cases are kept"), 130, "3 cases are kept"), (SettingError("two\nlines"), 2, "two lines")],
+)
+def test_what_a_command_raises_becomes_an_exit_code(problem, code, said, monkeypatch, capsys):
+    def fail(self):
+        raise problem
+
+    monkeypatch.setattr("simprep.cli.track.Track.run", fail)
+    assert main(["track", "walk"]) == code
+    assert said in capsys.readouterr().err

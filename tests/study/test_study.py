@@ -1,0 +1,161 @@
+"""The validation study with a stand-in for synthesis and physics: what is run, compared, kept and written."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from simprep.cli.main import main
+from simprep.errors import SettingError, UnknownNameError
+from simprep.humanoid import HINGES, hinge_index, standing_qpos
+from simprep.motion.motion import Motion
+from simprep.physics.run import Run
+from simprep.study.plan import ARMS, StudyPlan
+from simprep.study.validate import run_study
+
+FRAMES = 31
+
+
+def still(name):
+    return Motion(np.repeat(standing_qpos()[None], FRAMES, axis=0), 30.0, np.ones((FRAMES, 2), bool), name=name)
+
+
+def fake_scenario(locomotion, target, alpha, arm, *args, **kwargs):
+    """Bends backward by an amount that depends on arm and level; no preparation does not depend on the level."""
+    lean = {"none": 0.3, "traditional": 0.25 * alpha, "blended": 0.2 * alpha, "optimised": 0.1 * alpha}[arm]
+    qpos = locomotion.qpos.copy()
+    qpos[:, 7 + hinge_index("lumbar_flexion")] = -lean
+    name = f"{target.name}_{arm}"
+    return replace(locomotion, qpos=qpos, name=name, events={"launch": 15})
+
+
+class FakeTrack:
+    """Perfect tracking, but `pd` falls after half of a strongly bent motion; may be interrupted."""
+
+    def __init__(self, interrupt_at=None):
+        self.calls = []
+        self.interrupt_at = interrupt_at
+
+    def __call__(self, motion, controller="mpc", seed=0, settings=None, progress=None):
+        if len(self.calls) == self.interrupt_at:
+            raise KeyboardInterrupt
+        self.calls.append((motion.name, controller, seed))
+        lean = -motion.qpos[0, 7 + hinge_index("lumbar_flexion")]
+        fell = controller == "pd" and lean > 0.15
+        steps = (FRAMES - 1) // (2 if fell else 1)
+        zeros = np.zeros((steps, len(HINGES)))
+        if progress:
+            progress(0.5)
+        return Run(
+            reference=motion, controller=controller, seed=seed, timestep=1 / 30, time=np.arange(steps + 1) / 30,
+            qpos=motion.qpos[: steps + 1], qvel=np.zeros((steps + 1, 43)), reference_qpos=motion.qpos[: steps + 1],
+            reference_qvel=np.zeros((steps + 1, 43)), target=zeros, torque=zeros, torque_limit=np.ones(len(HINGES)),
+            ground_force=np.zeros((steps, 3)), foot_force=np.zeros((steps, 2, 3)),
+            centre_of_pressure=np.zeros((steps, 2)), foot_contact=np.ones((steps, 2), bool), penetration=np.zeros(steps),
+            end="fell" if fell else "done", end_s=steps / 30, fell_at_s=steps / 30 if fell else None,
+            end_reason="test", wall_s=0.1,
+        )  # fmt: skip
+
+
+@pytest.fixture
+def fakes(monkeypatch):
+    def install(interrupt_at=None):
+        fake = FakeTrack(interrupt_at)
+        monkeypatch.setattr("simprep.study.validate.track", fake)
+        monkeypatch.setattr("simprep.study.validate.make_scenario", fake_scenario)
+        monkeypatch.setattr("simprep.cli.resolve.resolve_motion", still)
+        return fake
+
+    return install
+
+
+def test_a_plan_runs_every_combination_and_deterministic_controllers_once():
+    plan = StudyPlan(still("walk"), (still("a"), still("b")), (0.5, 1.0), seeds=(0, 1, 2))
+    cases = plan.cases()
+    assert len(cases) == len(set(cases)) == 2 * 2 * 4 * (1 + 3)
+    assert {case.seed for case in cases if case.controller == "pd"} == {0}
+    assert {case.scenario.arm for case in cases[:4]} == set(ARMS)  # arms side by side, so a short study compares
+    with pytest.raises(UnknownNameError, match="valid: none, traditional"):
+        replace(plan, arms=("magic",))
+    with pytest.raises(SettingError, match=r"alpha 1\.2"):
+        replace(plan, alphas=(1.2,))
+
+
+def test_equal_motions_are_simulated_once_and_reported_for_each(fakes):
+    fake = fakes()
+    study = run_study(StudyPlan(still("walk"), (still("a"),), (0.5, 1.0), controllers=("mpc",)))
+    assert study.complete
+    assert len(study.results) == 8
+    assert len(fake.calls) == 7  # no preparation is the same at both levels
+
+
+def test_validate_writes_and_prints_the_whole_study(fakes, tmp_path, capsys):
+    fakes()
+    out = tmp_path / "study"
+    assert main(["validate", "--target", "a", "b", "--seeds", "2", "-o", str(out), "--json", "--no-pictures"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    written = json.loads((out / "metrics.json").read_text())
+    assert content["complete"] is written["complete"] is True
+    assert content["cases"] == written["cases"]
+    assert written["schema"] == "simprep.validate/1"
+    assert written["assist"] == {"force_n": 0.0, "torque_nm": 0.0}
+    assert {"command", "versions", "platform", "seeds", "created_utc"} <= set(written)
+    assert len(content["cases"]) == 2 * 2 * 4 * (1 + 2)
+    assert {"target", "alpha", "arm", "controller", "seed", "success", "fell_at_s", "mpjpe_mm"} <= set(
+        content["cases"][0]
+    )
+    assert {case["arm"] for case in content["cases"]} == set(ARMS)
+    assert content["wall_s"] > 0
+    names = {path.name for path in (out / "motions").iterdir()}
+    assert {"a_a050_optimised.npz", "a_a050_optimised_mpc.npz"} <= names
+    assert len(written["files"]) == len(names)
+    leaning_less = content["paired"]["mpc"]["com_cos_mm"]
+    assert leaning_less["n"] == 8
+    assert leaning_less["low"] <= leaning_less["median"] <= leaning_less["high"] < 0
+    falls = content["paired"]["pd"]["success"]  # blended falls at level 1, optimised never
+    assert falls["n"] == 4
+    assert falls["median"] == 0.5
+
+
+def test_ctrl_c_keeps_finished_cases_and_says_so(fakes, tmp_path, capsys):
+    fakes(interrupt_at=5)
+    out = tmp_path / "study"
+    arguments = ["validate", "--target", "a", "--alpha", "0.5", "1", "-o", str(out), "--json", "--no-pictures"]
+    assert main(arguments) == 130
+    printed = capsys.readouterr()
+    assert "5 finished cases are kept" in printed.err
+    content = json.loads(printed.out)
+    written = json.loads((out / "metrics.json").read_text())
+    assert content["complete"] is written["complete"] is False
+    assert len(content["cases"]) == len(written["cases"]) == 5
+
+
+def test_an_old_result_is_not_left_looking_complete(fakes, tmp_path, monkeypatch):
+    fakes()
+    out = tmp_path / "study"
+    assert main(["validate", "--target", "a", "-o", str(out), "--no-pictures"]) == 0
+
+    def crash(*args, **kwargs):
+        raise RuntimeError("power cut")
+
+    monkeypatch.setattr("simprep.study.validate.run_study", crash)
+    with pytest.raises(RuntimeError, match="power cut"):
+        main(["validate", "--target", "a", "-o", str(out), "--no-pictures"])
+    left = json.loads((out / "metrics.json").read_text())
+    assert left["complete"] is False
+    assert left["cases"] == []
+
+
+def test_pictures_of_a_study_are_drawn_for_every_target(fakes, tmp_path, capsys):
+    fakes()
+    out = tmp_path / "study"
+    assert main(["validate", "--target", "a", "--alpha", "1", "-o", str(out)]) == 0
+    names = {path.name for path in out.iterdir()}
+    assert {"blending_curves.png", "margin_a.png", "com_a.png", "metrics.json"} <= names
+    printed = capsys.readouterr()
+    assert {"strip_a.png", "strip_a_pd.png", "strip_a_mpc.png"} <= names or "no film strips: " in printed.err
+    table = printed.out
+    assert "MPJPE [mm]" in table
+    assert "preparation + optimisation" in table
+    assert str(out) in table
