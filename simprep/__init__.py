@@ -11,10 +11,12 @@ __version__ = "0.1.0"
 _EXPORTS = {
     "Body": "simprep.humanoid",
     "Motion": "simprep.motion.motion",
+    "PreparationSettings": "simprep.preparation.settings",
     "SimprepError": "simprep.errors",
     "library_motion": "simprep.library.registry",
     "library_names": "simprep.library.registry",
     "load_motion": "simprep.motion.load",
+    "prepare": "simprep.preparation.prepare",
     "save_motion": "simprep.motion.store",
 }
 

@@ -1,0 +1,117 @@
+"""Level of preparation to joint weights, and postures blended with them (paper, Eq. 1-2)."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from simprep.humanoid import HINGES, UPPER_BODY_HINGES, hinge_index
+from simprep.motion.edit import multiply_quat
+from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
+
+Array = NDArray[np.float64]
+
+
+def blending_weight(alpha: Array | float, curvature: Array | float, curve: str = "described") -> Array:
+    """Weight of the reference posture at a level of preparation (paper, Eq. 1).
+
+    As printed, w = (1 - (1 - a)^C)^(1/C), C = 0.5 makes the arms lag behind the legs (w(0.5) = 0.09), while the paper's text
+    and its Fig. 5 and 6 say that they lead. `described` is the mirror image of that curve in the point (1/2, 1/2),
+    w = 1 - (1 - a^C)^(1/C), which leads (w(0.5) = 0.91). Both are straight lines at C = 1.
+
+    Args:
+        alpha: level of preparation, 0 to 1; any shape.
+        curvature: C, above 0; broadcasts against alpha.
+        curve: `described`, `printed`, or `linear` (w = alpha whatever C).
+
+    Returns:
+        Weight, 0 to 1: exactly 0 at alpha 0 and 1 at alpha 1.
+    """
+    a = np.asarray(alpha, dtype=np.float64)
+    c = np.asarray(curvature, dtype=np.float64)
+    if curve == "linear":
+        return np.broadcast_to(a, np.broadcast_shapes(a.shape, c.shape)).copy()
+    weight = (1 - (1 - a) ** c) ** (1 / c) if curve == "printed" else 1 - (1 - a**c) ** (1 / c)
+    straight = np.broadcast_to(a, weight.shape)
+    return np.asarray(np.where(c == 1.0, straight, weight))  # bit-exact line: no rounding by 1 - (1 - a)
+
+
+def joint_weights(alpha: Array, settings: PreparationSettings = DEFAULT_SETTINGS) -> tuple[Array, Array]:
+    """Blending weights of the root and of every hinge.
+
+    Args:
+        alpha: (T,) levels of preparation.
+        settings: curve and C of each joint.
+
+    Returns:
+        root: (T,) weight of the root.
+        hinges: (T, 37) weight of each hinge.
+    """
+    upper = len(UPPER_BODY_HINGES)
+    c = np.full(len(HINGES), settings.curvature_lower)
+    c[:upper] = settings.curvature_upper
+    c_root = settings.curvature_lower
+    for name, value in settings.curvature.items():
+        if name == "root":
+            c_root = value
+        else:
+            c[hinge_index(name)] = value
+    return (
+        blending_weight(alpha, c_root, settings.curve),
+        blending_weight(np.asarray(alpha)[:, None], c, settings.curve),
+    )
+
+
+def blend_hinges(locomotion: Array, reference: Array, weight: Array) -> Array:
+    """Linear blend of Euler joint angles, q = (1 - w) q_L + w q_Tp (paper, Eq. 2).
+
+    Args:
+        locomotion: (T, 37) hinge angles [rad].
+        reference: (37,) hinge angles of the reference posture [rad].
+        weight: (T, 37).
+
+    Returns:
+        (T, 37); exactly `locomotion` where the weight is 0 and `reference` where it is 1.
+    """
+    return np.asarray((1 - weight) * locomotion + weight * reference)
+
+
+def split_heading(quat: Array) -> tuple[Array, Array]:
+    """Split a root rotation into heading and tilt: rotation = heading about world z after tilt.
+
+    The tilt is the rotation vector of the remaining turn about a horizontal axis: roll and pitch as in Euler angles where the
+    body tilts about one axis, but regular up to upside down (Euler angles are singular at 90 deg of pitch, as in a crawl).
+
+    Args:
+        quat: (..., 4) wxyz.
+
+    Returns:
+        heading: (...) angle about z [rad].
+        tilt: (..., 2) rotation vector about the heading's x and y axes [rad].
+    """
+    w, x, y, z = np.moveaxis(np.asarray(quat, dtype=np.float64), -1, 0)
+    norm = np.hypot(w, z)
+    safe = norm > 1e-9  # upside down the heading is undefined; zero then
+    heading = np.where(safe, 2 * np.arctan2(np.where(safe, z, 0.0), np.where(safe, w, 1.0)), 0.0)
+    c, s = np.cos(heading / 2), np.sin(heading / 2)
+    sx, sy = c * x + s * y, c * y - s * x  # heading^-1 * quat
+    sine = np.hypot(sx, sy)
+    angle = 2 * np.arctan2(sine, norm)
+    scale = np.where(sine > 1e-12, angle / np.where(sine > 1e-12, sine, 1.0), 2.0)
+    return np.asarray((heading + np.pi) % (2 * np.pi) - np.pi), np.stack([scale * sx, scale * sy], axis=-1)
+
+
+def join_heading(heading: Array, tilt: Array) -> Array:
+    """Inverse of `split_heading`.
+
+    Args:
+        heading: (...) [rad].
+        tilt: (..., 2) [rad].
+
+    Returns:
+        (..., 4) quaternion wxyz.
+    """
+    heading = np.asarray(heading)
+    vector = np.concatenate([tilt, np.zeros((*heading.shape, 1))], axis=-1)
+    swing = Rotation.from_rotvec(vector.reshape(-1, 3)).as_quat(scalar_first=True).reshape(*heading.shape, 4)
+    zero = np.zeros_like(heading)
+    return multiply_quat(np.stack([np.cos(heading / 2), zero, zero, np.sin(heading / 2)], axis=-1), swing)

@@ -1,0 +1,128 @@
+"""Inverse kinematics of a leg in closed form: pelvis and foot pose in, six hinge angles out, all frames at once.
+
+The leg has six hinges (hip flexion, abduction, rotation; knee; ankle dorsiflexion, inversion) for the six degrees of
+freedom of the foot, so the pose determines them: the knee angle follows from the hip-ankle distance, and the knee axis is
+normal to both the hip-ankle line and the foot's long axis, because the ankle inverts about the latter.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.humanoid import DEFAULT_BODY, FOOT_GEOMS, LEG_JOINTS, SIDES, Body, hinge_index, humanoid_model
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Leg:
+    """Constants of one leg, from the model.
+
+    Attributes:
+        hinges: (6,) hinge indices in the order of `LEG_JOINTS`.
+        hip: (3,) hip centre in the pelvis frame [m].
+        thigh: length from hip to knee [m].
+        shank: length from knee to ankle [m].
+        sign: (6,) +1 or -1: hinge axis against the positive y, x, z, y, y, x axis.
+        low: (6,) lower limits [rad].
+        high: (6,) upper limits [rad].
+        points: (4, 3) centres of the foot spheres in the foot frame [m].
+        radii: (4,) of the spheres [m].
+    """
+
+    hinges: NDArray[np.intp]
+    hip: Array
+    thigh: float
+    shank: float
+    sign: Array
+    low: Array
+    high: Array
+    points: Array
+    radii: Array
+
+
+_AXES = (1, 0, 2, 1, 1, 0)
+
+
+@lru_cache(maxsize=16)
+def legs(body: Body = DEFAULT_BODY) -> tuple[Leg, Leg]:
+    """Left and right leg of a body."""
+    model = humanoid_model(body)
+    found = []
+    for side in SIDES:
+        joints = [model.joint(f"{side}_{name}") for name in LEG_JOINTS]
+        geoms = [model.geom(f"{side}_{part}") for part in FOOT_GEOMS]
+        found.append(
+            Leg(
+                hinges=np.array([hinge_index(f"{side}_{name}") for name in LEG_JOINTS], dtype=np.intp),
+                hip=np.array(model.body(f"{side}_thigh").pos),
+                thigh=float(-model.body(f"{side}_shank").pos[2]),
+                shank=float(-model.body(f"{side}_foot").pos[2]),
+                sign=np.array([joint.axis[axis] for joint, axis in zip(joints, _AXES)]),
+                low=np.array([joint.range[0] for joint in joints]),
+                high=np.array([joint.range[1] for joint in joints]),
+                points=np.array([geom.pos for geom in geoms]),
+                radii=np.array([geom.size[0] for geom in geoms]),
+            )
+        )
+    return found[0], found[1]
+
+
+def rotation_matrix(quat: Array) -> Array:
+    """Rotation matrices of quaternions wxyz, (..., 4) to (..., 3, 3)."""
+    w, x, y, z = np.moveaxis(quat, -1, 0)
+    rows = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+    ]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def solve_leg(
+    leg: Leg, pelvis: Array, pelvis_rotation: Array, ankle: Array, foot_rotation: Array, knee_axis: Array
+) -> Array:
+    """Hinge angles that put the foot where it should be.
+
+    Args:
+        leg: constants of the leg.
+        pelvis: (T, 3) pelvis origin, world [m].
+        pelvis_rotation: (T, 3, 3).
+        ankle: (T, 3) wanted origin of the foot, world [m].
+        foot_rotation: (T, 3, 3) wanted orientation of the foot.
+        knee_axis: (T, 3) about where the knee axis (y of the shank) points, world: tells the two solutions apart.
+
+    Returns:
+        (T, 6) hinge angles in the order of `LEG_JOINTS`, within their limits [rad]: the nearest straight leg where the
+        foot is out of reach, and a clipped angle where a limit is in the way.
+    """
+    line = np.einsum("tji,tj->ti", pelvis_rotation, ankle - pelvis) - leg.hip  # in the pelvis frame
+    foot = np.einsum("tji,tjk->tik", pelvis_rotation, foot_rotation)
+    distance = np.maximum(np.linalg.norm(line, axis=1), 1e-9)
+    a, b = leg.thigh, leg.shank
+    knee = np.arccos(np.clip((distance**2 - a * a - b * b) / (2 * a * b), -1, 1))  # 0 = straight
+    down = line / distance[:, None]
+    toe = foot[:, :, 0]
+    axis = np.cross(toe, down)
+    hint = np.einsum("tji,tj->ti", pelvis_rotation, knee_axis)
+    axis *= np.where((axis * hint).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
+    axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)
+    forward = np.cross(down, axis)
+    # thigh's angle before the hip-ankle line, in the leg's plane
+    lean = np.arctan2(b * np.sin(knee), a + b * np.cos(knee))
+    thigh_down = np.cos(lean)[:, None] * down + np.sin(lean)[:, None] * forward
+    thigh = np.stack([np.cross(axis, -thigh_down), axis, -thigh_down], axis=-1)  # columns x, y, z
+    # hip: R = Ry(f) Rx(a) Rz(r)
+    flexion = np.arctan2(thigh[:, 0, 2], thigh[:, 2, 2])
+    abduction = np.arcsin(np.clip(-thigh[:, 1, 2], -1, 1))
+    rotation = np.arctan2(thigh[:, 1, 0], thigh[:, 1, 1])
+    # knee about y, then ankle: R = Ry(d) Rx(i)
+    c, s, zero = np.cos(knee), np.sin(knee), np.zeros_like(knee)
+    bend = np.stack([np.stack([c, zero, s], -1), np.stack([zero, zero + 1, zero], -1), np.stack([-s, zero, c], -1)], -2)
+    ankle_rotation = np.einsum("tji,tjk->tik", thigh @ bend, foot)
+    dorsiflexion = np.arctan2(-ankle_rotation[:, 2, 0], ankle_rotation[:, 0, 0])
+    inversion = np.arctan2(-ankle_rotation[:, 1, 2], ankle_rotation[:, 1, 1])
+    angles = np.stack([flexion, abduction, rotation, knee, dorsiflexion, inversion], axis=1) * leg.sign
+    return np.clip(angles, leg.low, leg.high)

@@ -1,0 +1,231 @@
+"""Keep supporting feet where they stand: where each foot should be in every frame, then inverse kinematics.
+
+Within a stance the foot may roll from heel to toe as the (blended) motion has it, about points that stay put on the floor: the
+points that carry it. Its heading is kept. What the original motion itself slides within the stance is kept in
+proportion to 1 - weight, so that an unprepared motion comes out unchanged. In between, the correction fades smoothly.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+
+from simprep.humanoid import BODIES, DEFAULT_BODY, SIDES, Body
+from simprep.motion.contacts import stances
+from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.preparation.foot_ik import Leg, legs, rotation_matrix, solve_leg
+from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
+
+Array = NDArray[np.float64]
+
+_CARRY_M = 0.004  # a foot point this much higher than the lowest carries 1/e of its share
+_NOTHING = 1e-9
+
+
+@dataclass(frozen=True)
+class Planted:
+    """A motion whose supporting feet stand still.
+
+    Attributes:
+        qpos: (T, 44).
+        foot_error: (T, 2) distance of each ankle from where it should be, supporting or not [m].
+        pelvis_drop: (T,) how far the pelvis was lowered so that the legs reach [m].
+        kinematics: of `qpos`.
+    """
+
+    qpos: Array
+    foot_error: Array
+    pelvis_drop: Array
+    kinematics: Kinematics
+
+
+def plant_feet(
+    qpos: Array,
+    source: Kinematics,
+    contacts: NDArray[np.bool_],
+    weight: Array,
+    reference_height: Array,
+    fps: float,
+    body: Body = DEFAULT_BODY,
+    settings: PreparationSettings = DEFAULT_SETTINGS,
+) -> Planted:
+    """Move the legs (and lower the pelvis where they cannot reach) so that supporting feet stay put.
+
+    Args:
+        qpos: (T, 44) the motion to correct.
+        source: kinematics of the motion it was made from, whose contacts these are.
+        contacts: (T, 2) supporting feet.
+        weight: (T,) how far `qpos` is from the source: 0 = it is the source, 1 = nothing of it is left.
+        reference_height: (2,) height of each sole above the floor at weight 1 [m].
+        fps: frames per second [1/s].
+        body: the humanoid.
+        settings: times and clearances.
+    """
+    before = forward_kinematics(qpos, body)
+    rotation = rotation_matrix(before.xquat)
+    goal = np.empty((len(qpos), 2, 3))
+    goal_rotation = np.empty((len(qpos), 2, 3, 3))
+    changed = np.zeros((len(qpos), 2), dtype=bool)
+    for side, leg in enumerate(legs(body)):
+        foot = BODIES.index(f"{SIDES[side]}_foot")
+        track = _Track(leg, before.xpos[:, foot], rotation[:, foot])
+        origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
+        shift, turn = _corrections(track, origin, contacts[:, side], weight, reference_height[side], fps, settings)
+        goal[:, side] = track.ankle + shift
+        goal_rotation[:, side] = _turn(turn) @ track.rotation
+        changed[:, side] = (np.abs(shift).max(axis=1) > _NOTHING) | (np.abs(turn) > _NOTHING)
+    drop = _pelvis_drop(before, rotation, goal, changed, fps, body, settings)
+    changed |= (drop > _NOTHING)[:, None]
+    out = qpos.copy()
+    out[:, 2] -= drop
+    pelvis = before.xpos[:, 0] - drop[:, None] * np.array([0.0, 0.0, 1.0])
+    for side, leg in enumerate(legs(body)):
+        frames = np.flatnonzero(changed[:, side])
+        if len(frames):
+            shank = BODIES.index(f"{SIDES[side]}_shank")
+            out[np.ix_(frames, 7 + leg.hinges)] = solve_leg(
+                leg,
+                pelvis[frames],
+                rotation[frames, 0],
+                goal[frames, side],
+                goal_rotation[frames, side],
+                rotation[frames, shank, :, 1],
+            )
+    after = forward_kinematics(out, body)
+    feet = [BODIES.index(f"{side}_foot") for side in SIDES]
+    error = np.linalg.norm(after.xpos[:, feet] - goal, axis=-1)
+    return Planted(out, error, drop, after)
+
+
+class _Track:
+    """One foot over time, with the places of its points relative to the ankle."""
+
+    def __init__(self, leg: Leg, ankle: Array, rotation: Array) -> None:
+        self.leg, self.ankle, self.rotation = leg, ankle, rotation
+        self.points = np.einsum("tij,kj->tki", rotation, leg.points)  # (T, 4, 3)
+        self.heading = np.unwrap(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))
+
+    @property
+    def sole(self) -> Array:
+        """(T,) height of the lowest point relative to the ankle."""
+        return np.asarray((self.points[..., 2] - self.leg.radii).min(axis=1))
+
+    def rolling(self, turn: Array) -> Array:
+        """(T - 1, 2) ankle displacement per frame that keeps the carrying points in place, the foot turned by `turn`."""
+        c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
+        x, y = self.points[..., 0], self.points[..., 1]
+        plan = np.stack([c * x - s * y, s * x + c * y], axis=-1)  # (T, 4, 2)
+        height = self.points[..., 2] - self.leg.radii
+        share = np.exp(-(height - height.min(axis=1, keepdims=True)) / _CARRY_M)
+        share /= share.sum(axis=1, keepdims=True)
+        between = (share[1:] + share[:-1]) / 2
+        return np.asarray(-(between[..., None] * np.diff(plan, axis=0)).sum(axis=1))
+
+
+def _corrections(
+    track: _Track,
+    origin: _Track,
+    contact: NDArray[np.bool_],
+    weight: Array,
+    reference_height: float,
+    fps: float,
+    settings: PreparationSettings,
+) -> tuple[Array, Array]:
+    """Shift of the ankle (T, 3) and turn of the foot about the vertical (T,)."""
+    n = len(contact)
+    value = np.zeros((n, 4))  # x, y, z, heading
+    height = (1 - weight) * (origin.ankle[:, 2] + origin.sole) + weight * reference_height
+    runs = stances(contact)
+    for first, after in runs:
+        part = slice(first, after)
+        keep = 1 - (weight[part][1:] + weight[part][:-1]) / 2
+        own = _from_zero(keep * np.diff(origin.heading[part]))
+        turn = own - (track.heading[part] - track.heading[first])
+        stance = _Track(track.leg, track.ankle[part], track.rotation[part])
+        before = _Track(track.leg, origin.ankle[part], origin.rotation[part])
+        slip = np.diff(before.ankle[:, :2], axis=0) - before.rolling(np.zeros(after - first))
+        twist = (track.heading[part] + turn - origin.heading[part])[:-1]
+        c, s = np.cos(twist), np.sin(twist)
+        slip = keep[:, None] * np.stack([c * slip[:, 0] - s * slip[:, 1], s * slip[:, 0] + c * slip[:, 1]], axis=-1)
+        place = _from_zero(stance.rolling(turn) + slip)
+        value[part, :2] = place - (stance.ankle[:, :2] - stance.ankle[0, :2])
+        value[part, 2] = height[part] - (stance.ankle[:, 2] + stance.sole)
+        value[part, 3] = turn
+    ease = max(2, round(settings.foot_ease * fps))
+    edges = [(0, 0), *runs, (n, n)]
+    for (start, left), (landed, stop) in pairwise(edges):
+        if landed > left:
+            _bridge(value, start, left, landed, stop, ease)
+    swing = ~contact
+    travel = np.zeros(n)
+    for (_, left), (landed, _) in pairwise(runs):
+        a, b = left - 1, landed
+        distance = np.linalg.norm((track.ankle + value[:, :3])[b, :2] - (track.ankle + value[:, :3])[a, :2])
+        phase = np.arange(1, landed - left + 1) / (landed - left + 1)
+        travel[left:landed] = min(settings.step_clearance, 0.3 * distance) * np.sin(np.pi * phase) ** 2
+    sole = track.ankle[:, 2] + track.sole + value[:, 2]
+    floor = np.minimum(0.0, height) + weight * travel
+    touched = swing & ((weight > 0) | (np.abs(value).max(axis=1) > _NOTHING))
+    value[:, 2] += np.where(touched, np.maximum(floor - sole, 0.0), 0.0)
+    return value[:, :3], value[:, 3]
+
+
+def _bridge(value: Array, start: int, left: int, landed: int, stop: int, ease: int) -> None:
+    """Fill a swing, frames left to landed - 1, so that the corrections at both its ends fade with continuous speed."""
+    n = len(value)
+    count = landed - left
+    length = min(count + 1, ease)
+    if left > 0:
+        held = value[left - 1].copy()
+        slope = held - value[left - 2] if left - start >= 2 else np.zeros(4)
+        frames = np.arange(1, min(length, count + 1))
+        value[left + frames - 1] += _fade(frames / length, held, slope * length)
+    if landed < n:
+        held = value[landed].copy()
+        slope = held - value[landed + 1] if stop - landed >= 2 else np.zeros(4)
+        frames = np.arange(1, min(length, count + 1))
+        value[landed - frames] += _fade(frames / length, held, slope * length)
+
+
+def _fade(phase: Array, held: Array, slope: Array) -> Array:
+    """Cubic from `held` with `slope` (per unit of phase) at phase 0 to 0 with no slope at phase 1."""
+    x = phase[:, None]
+    return np.asarray(held * (1 + 2 * x) * (1 - x) ** 2 + slope * x * (1 - x) ** 2)
+
+
+def _from_zero(steps: Array) -> Array:
+    return np.concatenate([np.zeros((1, *steps.shape[1:])), steps]).cumsum(axis=0)
+
+
+def _turn(angle: Array) -> Array:
+    c, s, zero = np.cos(angle), np.sin(angle), np.zeros_like(angle)
+    rows = [[c, -s, zero], [s, c, zero], [zero, zero, zero + 1]]
+    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+
+
+def _pelvis_drop(
+    before: Kinematics,
+    rotation: Array,
+    goal: Array,
+    changed: NDArray[np.bool_],
+    fps: float,
+    body: Body,
+    settings: PreparationSettings,
+) -> Array:
+    """How far to lower the pelvis, smoothly in time, so that no leg has to be longer than it is."""
+    need = np.zeros(len(goal))
+    for side, leg in enumerate(legs(body)):
+        hip = before.xpos[:, BODIES.index(f"{SIDES[side]}_thigh")]
+        ankle = before.xpos[:, BODIES.index(f"{SIDES[side]}_foot")]
+        reach = np.maximum(settings.leg_reach * (leg.thigh + leg.shank), np.linalg.norm(ankle - hip, axis=1))
+        line = goal[:, side] - hip
+        plan = (line[:, :2] ** 2).sum(axis=1)
+        depth = np.sqrt(np.maximum(reach**2 - plan, 0.0))
+        need = np.maximum(need, np.where(changed[:, side], -line[:, 2] - depth, 0.0))
+    if not (need > _NOTHING).any():
+        return np.zeros(len(goal))
+    half = max(1, round(0.1 * fps))
+    wide = maximum_filter1d(need, 2 * half + 1, mode="nearest")
+    return np.asarray(gaussian_filter1d(wide, half / 3, truncate=3.0, mode="nearest"))

@@ -1,0 +1,101 @@
+"""Every constant of the preparation synthesis in one place, with the 2013 paper's values as defaults."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from simprep.errors import SettingError, UnknownNameError
+from simprep.humanoid import HINGES
+
+CURVES = ("described", "printed", "linear")
+ROOT_HEIGHTS = ("support", "mean")
+
+
+@dataclass(frozen=True)
+class PreparationSettings:
+    """Constants of "Natural preparation behavior synthesis" (2013), called the paper here, and of our additions.
+
+    Attributes:
+        curve: blending curve of Eq. 1. `described` is the mirror image of the printed formula and does what the paper
+            describes and shows (arms first); `printed` is the formula as printed (arms last); `linear` uses one weight
+            for every joint, w = alpha: traditional blending, the baseline of Fig. 6.
+        curvature_lower: C of the root and the leg hinges (paper: 1.0, a straight line).
+        curvature_upper: C of the trunk, neck and arm hinges (paper: 0.5).
+        curvature: C of single hinges by name, or of `root`; overrides the two above.
+        leg_threshold: largest sum of squared differences of the leg joints' positions (hips, knees, ankles, relative to
+            the root, in its heading) between a reference posture and the first frame of the target [m^2]. The
+            paper gives no value; 0.05 is reached when both knees and both ankles have moved by 11 cm.
+        root_height: `mean` is Eq. 5: the root moves against the mean height change of both feet. `support` (default)
+            takes the lowest sole point of the supporting feet instead, so a fully prepared character does not bob with
+            the swing foot of the locomotion.
+        balance_weight: weight of the balance cost C_b, Eq. 10 (paper: 2.0).
+        style_weight: weight of the style cost C_s, Eq. 10 (paper: 1.0).
+        smoothness_weight: weight of the smoothness cost C_m, Eq. 10 (paper: 0.25). C_m is in metres per frame squared, so
+            it falls with the square of the frame rate; the paper's rate is not stated.
+        joint_weight: weight of a term of ours in the minimised cost, half the sum of squared hinge changes [m/rad^2].
+            C_s sees body centres only, so without it wrists, forearms and upper arms spin freely to gain a millimetre:
+            16 times the joint accelerations, for a cost that is 5 % lower; 0 for the paper's cost.
+        max_steps: most descent steps per frame (paper: 10): the knob between quality and computing time.
+        threshold: posture optimisation is skipped below this level of preparation (paper: 0.3).
+        threshold_ramp: time over which the posture change is eased in after alpha has passed `threshold`, and out before it
+            falls below [s]; 0 for the paper's hard switch, at which the body jumps.
+        support_smoothing: standard deviation of the Gaussian in time over the support centre [s]. The centre jumps by
+            half a step when a foot lands or lifts, while the load passes over gradually; 0 for the paper's raw centre.
+        change_smoothing: standard deviation of the Gaussian in time over the posture change [s]: frame by frame, the optimum
+            has kinks, at 7 times the joint accelerations of the walk; 0 for the paper's.
+        smooth_norm: the costs' norms are sqrt(|r|^2 + s^2) - s with this s [m], as their gradient does not exist at 0.
+        foot_ease: longest time over which a foot correction fades in before touch-down and out after lift-off [s].
+        step_clearance: least mid-swing clearance of a foot at full preparation that has to travel [m].
+        leg_reach: share of the straight leg length that inverse kinematics may use before the pelvis is lowered.
+
+    Raises:
+        SettingError: a value outside its range.
+        UnknownNameError: a curve, root height or hinge that does not exist.
+    """
+
+    curve: str = "described"
+    curvature_lower: float = 1.0
+    curvature_upper: float = 0.5
+    curvature: Mapping[str, float] = field(default_factory=dict)
+    leg_threshold: float = 0.05
+    root_height: str = "support"
+    balance_weight: float = 2.0
+    style_weight: float = 1.0
+    smoothness_weight: float = 0.25
+    joint_weight: float = 0.02
+    max_steps: int = 10
+    threshold: float = 0.3
+    threshold_ramp: float = 0.2
+    support_smoothing: float = 0.12
+    change_smoothing: float = 0.04
+    smooth_norm: float = 0.005
+    foot_ease: float = 0.3
+    step_clearance: float = 0.03
+    leg_reach: float = 0.995
+
+    def __post_init__(self) -> None:
+        if self.curve not in CURVES:
+            raise UnknownNameError("blending curve", self.curve, CURVES)
+        if self.root_height not in ROOT_HEIGHTS:
+            raise UnknownNameError("root height", self.root_height, ROOT_HEIGHTS)
+        for name in self.curvature:
+            if name not in HINGES and name != "root":
+                raise UnknownNameError("joint", name, ("root", *HINGES))
+        for name, value in {
+            "curvature_lower": self.curvature_lower,
+            "curvature_upper": self.curvature_upper,
+            "smooth_norm": self.smooth_norm,
+            **self.curvature,
+        }.items():
+            if not 0 < value < 100:
+                raise SettingError(f"{name} {value}; valid: above 0, below 100")
+        for name in (
+            "leg_threshold", "balance_weight", "style_weight", "smoothness_weight", "max_steps", "threshold",
+            "threshold_ramp", "support_smoothing", "change_smoothing", "joint_weight", "foot_ease", "step_clearance",
+        ):  # fmt: skip
+            if not getattr(self, name) >= 0:
+                raise SettingError(f"{name} {getattr(self, name)}; valid: 0 or more")
+        if not 0.5 <= self.leg_reach <= 1:
+            raise SettingError(f"leg_reach {self.leg_reach}; valid: 0.5 to 1")
+
+
+DEFAULT_SETTINGS = PreparationSettings()

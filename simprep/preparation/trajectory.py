@@ -1,0 +1,105 @@
+"""Root of the blended motion: heading, tilt and position (paper, section 5.2, Eq. 3-5)."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+
+from simprep.preparation.blending import join_heading, split_heading
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class RootPath:
+    """Heading and place of the root on the floor.
+
+    Attributes:
+        position: (T, 2) [m].
+        heading: (T,) [rad], unwrapped.
+        quat: (T, 4) root orientation, wxyz.
+    """
+
+    position: Array
+    heading: Array
+    quat: Array
+
+
+def blend_root(locomotion: Array, reference: Array, weight: Array) -> RootPath:
+    """Blend the root's tilt and slow down its travel and turning.
+
+    The tilt (roll and pitch in the heading's frame) is blended like any joint (Eq. 2). The displacement per frame on the
+    floor is scaled by 1 - w (Eq. 3-4), and so is the turn per frame, which the paper does not say: the heading never
+    moves towards that of the reference posture, which is arbitrary, and a fully prepared character does not turn on its
+    planted feet. A turning walk keeps its path: half the step, half the turn.
+
+    Args:
+        locomotion: (T, 7) root of the locomotion: position [m] and quaternion wxyz.
+        reference: (7,) root of the reference posture.
+        weight: (T,) blending weight of the root.
+
+    Returns:
+        The root path; exactly that of the locomotion up to the first frame with a weight above 0.
+    """
+    heading, tilt = split_heading(locomotion[:, 3:7])
+    heading = np.unwrap(heading)
+    _, reference_tilt = split_heading(reference[3:7])
+    between = (weight[1:] + weight[:-1]) / 2  # weight over the step from one frame to the next
+    lag = np.concatenate([[0.0], np.cumsum(-between * np.diff(heading))])  # heading lost so far
+    step = np.diff(locomotion[:, :2], axis=0)
+    turn = (lag[1:] + lag[:-1]) / 2
+    c, s = np.cos(turn), np.sin(turn)
+    turned = np.stack([c * step[:, 0] - s * step[:, 1], s * step[:, 0] + c * step[:, 1]], axis=-1)
+    lost = np.concatenate([np.zeros((1, 2)), np.cumsum((1 - between)[:, None] * turned - step, axis=0)])
+    blended_tilt = (1 - weight)[:, None] * tilt + weight[:, None] * reference_tilt
+    quat = join_heading(heading + lag, blended_tilt)
+    untouched = (weight == 0) & (lag == 0)
+    quat = np.where(untouched[:, None], locomotion[:, 3:7], quat)
+    return RootPath(position=locomotion[:, :2] + lost, heading=heading + lag, quat=quat)
+
+
+def support_share(contacts: NDArray[np.bool_], fps: float, smoothing: float = 0.05) -> Array:
+    """How much each foot decides the root height: contact flags, smoothed in time, adding up to 1.
+
+    Args:
+        contacts: (T, 2).
+        fps: frames per second [1/s].
+        smoothing: standard deviation of the Gaussian [s].
+
+    Returns:
+        (T, 2); one half each in flight.
+    """
+    share = gaussian_filter1d(contacts.astype(np.float64), smoothing * fps, axis=0, mode="nearest") + 1e-3
+    return np.asarray(share / share.sum(axis=1, keepdims=True))
+
+
+def mean_root_height(locomotion: Array, feet_before: Array, feet_after: Array) -> Array:
+    """Root height against the mean height change of both feet (paper, Eq. 5).
+
+    Args:
+        locomotion: (T,) root height [m].
+        feet_before: (T, 2) heights of the feet relative to the root in the locomotion [m].
+        feet_after: (T, 2) the same after blending the joint angles.
+
+    Returns:
+        (T,) [m].
+    """
+    return np.asarray(locomotion - (feet_after - feet_before).mean(axis=1))
+
+
+def support_root_height(goal: Array, soles_after: Array, share: Array) -> Array:
+    """Root height that puts the soles of the supporting feet at their goal heights.
+
+    Eq. 5 with two changes: the lowest point of each sole stands for the foot, and the supporting foot counts, not the mean of
+    both. Eq. 5 makes a fully prepared character bob, since the swing foot of the locomotion still enters.
+
+    Args:
+        goal: (T, 2) wanted height of the lowest sole point of each foot [m].
+        soles_after: (T, 2) its height relative to the root in the blended posture [m].
+        share: (T, 2) from `support_share`.
+
+    Returns:
+        (T,) [m].
+    """
+    return np.asarray((share * (goal - soles_after)).sum(axis=1))

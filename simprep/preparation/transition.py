@@ -1,0 +1,203 @@
+"""From the approach into the target: a motion-graph transition, the same for every way of preparing.
+
+The target is entered at its reference posture, placed so that the planted feet fit, and reached by letting the difference in
+pose and velocity die away over a short window (inertialisation); planted feet stay put by inverse kinematics.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from simprep.errors import MotionError, SettingError
+from simprep.humanoid import BODIES, humanoid_model
+from simprep.motion.contacts import stances
+from simprep.motion.edit import cut, move
+from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.motion import Motion
+from simprep.preparation.blending import split_heading
+from simprep.preparation.planting import plant_feet
+from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
+
+Array = NDArray[np.float64]
+
+LAUNCH_EVENT = "launch"
+DEFAULT_WINDOW_S = 0.3
+
+_FEET = (BODIES.index("left_foot"), BODIES.index("right_foot"))
+_ROOT_SHARE_S = 0.2  # how much the root counts in the placement, as seconds of stance of a foot
+_FOOT_SHARE_S = 1.0
+_VELOCITY_S = 0.1  # a velocity difference of 1 m/s weighs as much as 0.1 m in the pose distance
+
+
+@dataclass(frozen=True)
+class _State:
+    """Pose and change per frame at one instant."""
+
+    qpos: Array
+    step: Array  # (43,) root displacement, root rotation vector (world), hinges
+
+
+def launch(
+    approach: Motion,
+    frame: int,
+    target: Motion,
+    entry: int,
+    window: float = DEFAULT_WINDOW_S,
+    settings: PreparationSettings = DEFAULT_SETTINGS,
+) -> Motion:
+    """Play an approach, and from one of its frames on the target.
+
+    Args:
+        approach: motion with at least one frame after `frame` (for its velocity there).
+        frame: frame of the approach in whose place the target begins.
+        target: at the approach's frame rate.
+        entry: frame of the target with which it is entered.
+        window: time over which the difference between the two dies away [s].
+        settings: for the planted feet.
+
+    Returns:
+        The whole motion, with the event `launch` at the target's first frame, and the target's and approach's own events.
+
+    Raises:
+        MotionError: different bodies or frame rates, or a frame outside its motion.
+        SettingError: the window is not positive.
+    """
+    if approach.body != target.body or abs(approach.fps - target.fps) > 1e-6:
+        raise MotionError(
+            f"{approach.name} and {target.name} differ in body or frame rate: {approach.body} at {approach.fps:g} 1/s, "
+            f"{target.body} at {target.fps:g} 1/s"
+        )
+    for motion, given in ((approach, frame), (target, entry)):
+        if not 0 <= given < len(motion):
+            raise MotionError(f"{motion.name}: frame {given}; valid: 0 to {len(motion) - 1}")
+    if not window > 0:
+        raise SettingError(f"transition window {window} s; valid: above 0")
+    standing = forward_kinematics(approach.qpos[frame : frame + 1], approach.body)
+    placed = _place(target, entry, approach, frame, standing)
+    qpos, weight = _inertialise(_state(approach, frame), placed, entry, max(2, round(window * approach.fps)))
+    contacts = placed.contacts[entry:].copy()
+    landing = max(2, round(window * approach.fps))
+    for side in (0, 1):
+        if not approach.contacts[frame, side]:  # in the air at the launch: it lands when the two motions agree
+            contacts[:landing, side] = False
+    planted = plant_feet(
+        qpos,
+        forward_kinematics(placed.qpos[entry:], target.body),
+        contacts,
+        weight,
+        standing.foot_points[0, :, :, 2].min(axis=1),
+        approach.fps,
+        approach.body,
+        settings,
+    )
+    own = {name: at for name, at in approach.events.items() if at < frame}
+    events = {name: at - entry + frame for name, at in target.events.items() if at >= entry}
+    return replace(
+        approach,
+        qpos=np.concatenate([approach.qpos[:frame], planted.qpos]),
+        contacts=np.concatenate([approach.contacts[:frame], contacts]),
+        events={**own, **events, LAUNCH_EVENT: frame},
+        name=f"{approach.name}_{target.name}",
+        source=f"{approach.source}; then {target.source}",
+        loop=False,
+    )
+
+
+def launch_frame(locomotion: Motion, first: int, after: int, target: Motion, entry: int) -> int:
+    """Frame of a locomotion from which a target is best entered.
+
+    Among the frames whose foot contacts equal those of the target's entry (all frames, if none do), the one whose body
+    positions (relative to the root on the floor, in its heading) and velocities are nearest.
+
+    Args:
+        locomotion: frames to choose from.
+        first: first candidate.
+        after: frame after the last candidate.
+        target: at the same frame rate.
+        entry: frame of the target with which it is entered.
+    """
+    candidates = np.arange(first, after)
+    pose, velocity = _local(locomotion)
+    goal_pose, goal_velocity = _local(cut(replace(target, loop=False), max(entry - 1, 0), min(entry + 2, len(target))))
+    at = min(entry, 1)
+    distance = ((pose[candidates] - goal_pose[at]) ** 2).sum(axis=(1, 2))
+    distance += _VELOCITY_S**2 * ((velocity[candidates] - goal_velocity[at]) ** 2).sum(axis=(1, 2))
+    same = (locomotion.contacts[candidates] == target.contacts[entry]).all(axis=1)
+    if same.any():
+        distance = np.where(same, distance, np.inf)
+    return int(candidates[np.argmin(distance)])
+
+
+def _local(motion: Motion) -> tuple[Array, Array]:
+    """Body positions relative to the root on the floor in its heading (T, 17, 3), and velocities in the same axes."""
+    positions = forward_kinematics(motion.qpos, motion.body).xpos
+    heading, _ = split_heading(motion.qpos[:, 3:7])
+    c, s = np.cos(heading)[:, None], np.sin(heading)[:, None]
+
+    def turn(v: Array) -> Array:
+        return np.stack([c * v[..., 0] + s * v[..., 1], c * v[..., 1] - s * v[..., 0], v[..., 2]], axis=-1)
+
+    velocity = np.gradient(positions, 1 / motion.fps, axis=0) if len(motion) > 1 else np.zeros_like(positions)
+    floor = np.concatenate([motion.qpos[:, :2], np.zeros((len(motion), 1))], axis=1)
+    return turn(positions - floor[:, None]), turn(velocity)
+
+
+def _place(target: Motion, entry: int, approach: Motion, frame: int, standing: Kinematics) -> Motion:
+    """Turn and shift the target so that at its entry the heading, and the feet that stay planted, fit the approach."""
+    heading_to, _ = split_heading(approach.qpos[frame, 3:7])
+    heading_from, _ = split_heading(target.qpos[entry, 3:7])
+    turned = move(replace(target, loop=False), turn=float(heading_to - heading_from))
+    there = forward_kinematics(turned.qpos[entry : entry + 1], target.body)
+    shares, gaps = [_ROOT_SHARE_S], [approach.qpos[frame, :2] - turned.qpos[entry, :2]]
+    for side, foot in enumerate(_FEET):
+        if approach.contacts[frame, side] and target.contacts[entry, side]:
+            run = next(after for first, after in stances(target.contacts[:, side]) if first <= entry < after)
+            shares.append(min((run - entry) / target.fps, _FOOT_SHARE_S))
+            gaps.append(standing.xpos[0, foot, :2] - there.xpos[0, foot, :2])
+    shift = np.average(np.array(gaps), axis=0, weights=shares)
+    return move(turned, translation=(float(shift[0]), float(shift[1])))
+
+
+def _state(motion: Motion, frame: int) -> _State:
+    before, after = max(frame - 1, 0), min(frame + 1, len(motion) - 1)
+    span = max(after - before, 1)
+    a, b = motion.qpos[before], motion.qpos[after]
+    step = np.concatenate([b[:3] - a[:3], _rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]]) / span
+    return _State(motion.qpos[frame], step)
+
+
+def _rotation_between(a: Array, b: Array) -> Array:
+    turn = Rotation.from_quat(b, scalar_first=True) * Rotation.from_quat(a, scalar_first=True).inv()
+    return np.asarray(turn.as_rotvec())
+
+
+def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tuple[Array, Array]:
+    """Target poses from `entry` on, plus an offset that starts as the approach's pose and velocity and dies away.
+
+    Returns:
+        qpos: (T, 44), the first equal to the approach's pose.
+        weight: (T,) how much of the offset is left, 1 to 0.
+    """
+    qpos = target.qpos[entry:].copy()
+    own = _state(target, entry)
+    offset = np.concatenate(
+        [
+            state.qpos[:3] - own.qpos[:3],
+            _rotation_between(own.qpos[3:7], state.qpos[3:7]),
+            state.qpos[7:] - own.qpos[7:],
+        ]
+    )
+    slope = (state.step - own.step) * frames
+    x = np.minimum(np.arange(len(qpos)) / frames, 1.0)[:, None]
+    left = (1 + 2 * x) * (1 - x) ** 2
+    fade = left * offset + x * (1 - x) ** 2 * slope
+    qpos[:, :3] += fade[:, :3]
+    turn = Rotation.from_rotvec(fade[:, 3:6]) * Rotation.from_quat(qpos[:, 3:7], scalar_first=True)
+    qpos[:, 3:7] = turn.as_quat(scalar_first=True)
+    low, high = humanoid_model(target.body).jnt_range[1:].T
+    inside = np.clip(qpos[:, 7:] + fade[:, 6:], low, high)
+    qpos[:, 7:] = np.where(np.abs(fade[:, 6:]) > 0, inside, qpos[:, 7:])
+    qpos[0] = state.qpos
+    return qpos, left[:, 0]
