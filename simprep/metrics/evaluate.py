@@ -37,14 +37,14 @@ def evaluate_motion(
         motion: at least 0.1 s long, with its contacts.
         launch_s: launch of the target movement from the first frame [s]; None: its event `launch`, else no transition metrics.
         prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...` (the whole motion dilutes what
-            happens while the character prepares).
+            happens while the character prepares); None: from its event `rise` to `launch`, where it has both.
 
     Returns:
         The numbers by name, the same names for every motion; None where one does not exist.
     """
     if motion.duration < SHORTEST_S or len(motion) < 3:
         return dict.fromkeys(MOTION_KEYS)
-    launch_s = _launch(motion, launch_s)
+    launch_s, prepared_s = _launch(motion, launch_s), _prepared(motion, prepared_s)
     series = balance(motion)
     slip = foot_slip(motion)
     depth = floor_penetration(motion)
@@ -72,7 +72,8 @@ def evaluate_run(run: Run, launch_s: float | None = None, prepared_s: tuple[floa
     Args:
         run: what the simulation returned.
         launch_s: launch of the target movement from the start [s]; None: the reference's event `launch`, else no transition metrics.
-        prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...`.
+        prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...`; None: from the reference's
+            event `rise` to `launch`. A run that did not reach its end has no such numbers.
 
     Returns:
         The numbers by name, the same names for every run; None where one does not exist. `success`: see
@@ -92,7 +93,7 @@ def evaluate_run(run: Run, launch_s: float | None = None, prepared_s: tuple[floa
     }
     if run.end == DIVERGED or len(run.torque) * run.timestep < SHORTEST_S or not np.isfinite(run.qpos).all():
         return result
-    launch_s = _launch(run.reference, launch_s)
+    launch_s, prepared_s = _launch(run.reference, launch_s), _prepared(run.reference, prepared_s)
     motion = run.simulated_motion()
     series = balance(motion)
     simulated, reference, rate = body_positions(run)
@@ -140,6 +141,12 @@ def _launch(motion: Motion, launch_s: float | None) -> float | None:
     if launch_s is None and "launch" in motion.events:
         return motion.events["launch"] / motion.fps
     return launch_s
+
+
+def _prepared(motion: Motion, prepared_s: tuple[float, float] | None) -> tuple[float, float] | None:
+    if prepared_s is None and {"rise", "launch"} <= set(motion.events):
+        return motion.events["rise"] / motion.fps, motion.events["launch"] / motion.fps
+    return prepared_s
 
 
 def _finite(numbers: dict[str, float]) -> dict[str, float | None]:

@@ -4,8 +4,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 
-from simprep.metrics.dynamics import GRAVITY
+from simprep.humanoid import humanoid_model
+from simprep.metrics.dynamics import FLIGHT_SHARE, GRAVITY, WholeBody, whole_body, zero_moment_point
+from simprep.metrics.smoothing import DYNAMICS_SIGMA_S, SmoothMotion, smooth_motion
+from simprep.motion.motion import Motion
+from simprep.physics.run import Run
 
 SPARSITY_THRESHOLD = 0.05
 
@@ -89,3 +94,53 @@ def identify_pendulum(
         ratio=omega_squared / expected,
         sample_count=count,
     )
+
+
+def identify_motion(motion: Motion) -> PendulumLaw:
+    """`identify_pendulum` of a kinematic motion, with its zero moment point as centre of pressure, at 60 Hz.
+
+    Args:
+        motion: at least 0.5 s long, so that frames away from its ends remain.
+    """
+    smooth, body = _dynamics(motion)
+    weight = _mass(motion) * GRAVITY
+    return _identify(motion, smooth, body, zero_moment_point(body.com, body.force, body.torque, weight))
+
+
+def identify_run(run: Run) -> PendulumLaw:
+    """`identify_pendulum` of a simulated run, with its measured centre of pressure, at 60 Hz.
+
+    The pressure passes the same low-pass as the poses (weighted by the vertical force, as the moment would be).
+
+    Args:
+        run: at least 0.5 s long; not diverged.
+    """
+    motion = run.simulated_motion()
+    smooth, body = _dynamics(motion)
+    pressed: NDArray[np.bool_] = np.asarray(np.isfinite(run.centre_of_pressure).all(axis=1))
+    vertical = np.where(pressed, run.ground_force[:, 2], 0.0)
+    moment = vertical[:, None] * np.where(pressed[:, None], run.centre_of_pressure, 0.0)
+    samples = DYNAMICS_SIGMA_S / run.timestep
+    force, moment = gaussian_filter1d(vertical, samples), gaussian_filter1d(moment, samples, axis=0)
+    bears = force > FLIGHT_SHARE * _mass(motion) * GRAVITY
+    pressure = np.full_like(moment, np.nan)
+    pressure[bears] = moment[bears] / force[bears, None]
+    nearest = np.clip(np.round(smooth.time / run.timestep).astype(int), 0, len(pressure) - 1)
+    return _identify(motion, smooth, body, pressure[nearest])
+
+
+def _mass(motion: Motion) -> float:
+    return float(humanoid_model(motion.body).body_mass.sum())
+
+
+def _dynamics(motion: Motion) -> tuple[SmoothMotion, WholeBody]:
+    smooth = smooth_motion(motion)
+    return smooth, whole_body(humanoid_model(motion.body), smooth.qpos, smooth.qvel, smooth.qacc)
+
+
+def _identify(
+    motion: Motion, smooth: SmoothMotion, body: WholeBody, centre_of_pressure: NDArray[np.float64]
+) -> PendulumLaw:
+    acceleration = body.force / _mass(motion) - [0.0, 0.0, GRAVITY]
+    keep = smooth.interior
+    return identify_pendulum(body.com[keep], body.com_velocity[keep], acceleration[keep], centre_of_pressure[keep])

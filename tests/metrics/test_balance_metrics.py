@@ -1,12 +1,12 @@
 import mujoco
 import numpy as np
 import pytest
-from metric_cases import rigid_motion, swaying_motion
+from metric_cases import rigid_motion, run_of, swaying_motion
 
 from simprep.humanoid import humanoid_model, standing_qpos
 from simprep.metrics.balance import balance, extrapolated_com, plausibility_summary, posture_summary
 from simprep.metrics.dynamics import GRAVITY, residual_wrench, whole_body, zero_moment_point
-from simprep.metrics.identified import identify_pendulum
+from simprep.metrics.identified import identify_motion, identify_pendulum, identify_run
 from simprep.motion.edit import move
 
 BOX = mujoco.MjModel.from_xml_string(
@@ -204,3 +204,21 @@ def test_sindy_finds_the_pendulum_it_was_given():
     assert (damped.damping_per_s, damped.ratio) == pytest.approx((-0.8, 1), rel=1e-6)
     cop[5:] = np.nan
     assert np.isnan(identify_pendulum(com, velocity, acceleration, cop).ratio)
+
+
+@pytest.mark.filterwarnings("ignore")  # the libraries under pysindy warn on import
+def test_stiff_body_is_a_pendulum_and_a_simulated_one_agrees():
+    # a body carried rigidly at constant height has no angular momentum: the law holds exactly
+    time = np.arange(361) / 120.0
+    path = np.stack([0.05 * np.sin(4 * time), 0.03 * np.sin(5 * time), 0 * time], axis=1)
+    motion = rigid_motion(path, 120.0)
+    law = identify_motion(motion)
+    assert (law.ratio, law.r_squared) == pytest.approx((1, 1), abs=1e-3)
+    assert law.expected_per_s2 == pytest.approx(GRAVITY / humanoid_com()[2], rel=1e-4)
+    height = humanoid_com()[2]
+    pressure = humanoid_com()[:2] + path[:, :2] * (1 + np.array([16.0, 25.0]) * height / GRAVITY)
+    run = run_of(motion, motion, centre_of_pressure=pressure[:-1])
+    measured = identify_run(run)
+    assert (measured.ratio, measured.r_squared) == pytest.approx((1, 1), abs=2e-3)
+    swaying = identify_motion(swaying_motion(120.0))  # turning trunk and swinging arms: the pendulum explains less
+    assert swaying.r_squared < 0.999

@@ -92,6 +92,17 @@ def test_a_fall_never_looks_like_a_success():
     assert evaluate_run(fallen, prepared_s=(0.2, 0.6))["prepared_com_cos_mm"] is not None
 
 
+def test_spans_come_from_the_events():
+    motion = replace(swaying_motion(120.0), events={"rise": 24, "launch": 120})
+    named, given = evaluate_motion(motion), evaluate_motion(motion, launch_s=1.0, prepared_s=(0.2, 1.0))
+    assert named == given
+    assert named["prepared_com_cos_mm"] is not None
+    assert named["prepared_com_cos_mm"] != named["com_cos_mm"]
+    run = evaluate_run(run_of(motion, motion))
+    assert run["prepared_com_cos_mm"] == pytest.approx(named["prepared_com_cos_mm"], rel=0.02)
+    assert evaluate_motion(replace(motion, events={}))["prepared_com_cos_mm"] is None
+
+
 def test_diverged_and_instant_ends_have_no_numbers():
     motion = swaying_motion(120.0)
     broken = np.array(motion.qpos)
