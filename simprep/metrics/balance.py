@@ -63,9 +63,9 @@ def extrapolated_com(
 ) -> NDArray[np.float64]:
     """Hof's extrapolated centre of mass, XcoM = com + v / omega0, omega0 = sqrt(g / l).
 
-    l is the height of the COM above the floor at that frame (at least 0.2 m), the length of the linear inverted pendulum;
-    Hof et al. (2005, J Biomech 38:1) take leg length times a factor, which is close to it when upright.
-    The XcoM inside the support polygon means that a pendulum could stop without a step. It hides that people may step,
+    l is the height of the COM above the floor at that frame (at least 0.2 m), the length of the linear inverted
+    pendulum; Hof et al. (2005, J Biomech 38:1) take leg length times a factor, which is close to it when upright. The
+    XcoM inside the support polygon means that a pendulum could stop without a step. It hides that people may step,
     swing their arms, or have no wish to stop: a healthy walk has negative margins in the direction of travel.
 
     Args:
@@ -129,11 +129,12 @@ def balance(motion: Motion, friction: float = 1.0) -> Balance:
 def posture_summary(series: Balance, frames: NDArray[np.bool_] | None = None) -> dict[str, float]:
     """Balance of the poses and velocities over the frames in which a foot supports.
 
-    - `com_cos_mm`: mean distance of the COM to the centre of support on the floor, the cost that the 2013 paper optimises (Eq. 6).
-      Captures how centred the weight is; hides direction, and that walking means leaving the centre.
+    - `com_cos_mm`: mean distance of the COM to the centre of support on the floor, the cost that the 2013 paper
+      optimises (Eq. 6). Captures how centred the weight is; hides direction, and that walking means leaving the centre.
     - `com_inside_share`: share of those frames with the COM inside the polygon. Hides by how much, and all dynamics.
     - `com_to_edge_mm`: mean signed distance to the edge, positive inside. Hides the worst moment.
-    - `margin_of_stability_mm`, `margin_of_stability_p5_mm`: mean and 5th percentile of Hof's margin (`extrapolated_com`).
+    - `margin_of_stability_mm`, `margin_of_stability_p5_mm`: mean and 5th percentile of Hof's margin
+      (`extrapolated_com`).
     - `unsupported_share`: share of all frames left out of the numbers above because no foot supports. Read it with
       them: a motion that jumps past its bad moments looks balanced.
 
@@ -160,8 +161,8 @@ def posture_summary(series: Balance, frames: NDArray[np.bool_] | None = None) ->
 def plausibility_summary(series: Balance) -> dict[str, float]:
     """Whether floor contact could produce the motion.
 
-    - `zmp_to_edge_mm`: mean signed distance of the ZMP to the polygon's edge, positive inside; `zmp_inside_share`: share
-      inside. Frames in flight or without support are left out, so look at the residual too.
+    - `zmp_to_edge_mm`: mean signed distance of the ZMP to the polygon's edge, positive inside; `zmp_inside_share`:
+      share inside. Frames in flight or without support are left out, so look at the residual too.
     - `residual_force_n`, `residual_torque_nm`: mean of the invisible hand's push (`residual_wrench`), flight included;
       `residual_force_p95_n`, `residual_torque_p95_nm`: 95th percentiles.
 

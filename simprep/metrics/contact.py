@@ -52,8 +52,8 @@ def sphere_slip(
 ) -> NDArray[np.float64]:
     """Distance that the lowest material point of each sphere slides over the floor between frames.
 
-    A sphere that rolls carries its lowest geometric point along without sliding; what slides is the material there. Its step is
-    the centre's plus that of the arm from the centre to the floor under the rotation, averaged over forward and
+    A sphere that rolls carries its lowest geometric point along without sliding; what slides is the material there. Its
+    step is the centre's plus that of the arm from the centre to the floor under the rotation, averaged over forward and
     backward so that the result does not depend on the direction of time.
 
     Args:
@@ -73,10 +73,11 @@ def sphere_slip(
 def foot_slip(motion: Motion) -> FootSlip:
     """How far feet in contact slide.
 
-    Every interval with the foot in contact at both ends counts, but for the first and last 1/60 s of a stance, sampled at about 60 Hz (every k-th frame, so that noise
-    does not add up with the frame rate). The carrying points are those of the four foot spheres at most 5 mm above the foot's
-    lowest; their slip (`sphere_slip`) is averaged. Rolling from heel over ball to toe is not slip. It captures sliding and
-    pivoting; it hides the very moments of touch-down and lift-off, which contact rule set the flags, and a foot that hovers.
+    Every interval with the foot in contact at both ends counts, but for the first and last 1/60 s of a stance, sampled
+    at about 60 Hz (every k-th frame, so that noise does not add up with the frame rate). The carrying points are those
+    of the four foot spheres at most 5 mm above the foot's lowest; their slip (`sphere_slip`) is averaged. Rolling from
+    heel over ball to toe is not slip. It captures sliding and pivoting; it hides the very moments of touch-down and
+    lift-off, which contact rule set the flags, and a foot that hovers.
 
     Args:
         motion: a motion of at least 2 frames, with its contact flags (measured ones for a simulated motion).

@@ -35,9 +35,11 @@ def evaluate_motion(
 
     Args:
         motion: at least 0.1 s long, with its contacts.
-        launch_s: launch of the target movement from the first frame [s]; None: its event `launch`, else no transition metrics.
-        prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...` (the whole motion dilutes what
-            happens while the character prepares); None: from its event `rise` to `launch`, where it has both.
+        launch_s: launch of the target movement from the first frame [s]; None: its event `launch`, else no transition
+            metrics.
+        prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...` (the whole motion
+            dilutes what happens while the character prepares); None: from its event `rise` to `launch`, where it has
+            both.
 
     Returns:
         The numbers by name, the same names for every motion; None where one does not exist.
@@ -71,14 +73,16 @@ def evaluate_run(run: Run, launch_s: float | None = None, prepared_s: tuple[floa
 
     Args:
         run: what the simulation returned.
-        launch_s: launch of the target movement from the start [s]; None: the reference's event `launch`, else no transition metrics.
-        prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...`; None: from the reference's
-            event `rise` to `launch`. A run that did not reach its end has no such numbers.
+        launch_s: launch of the target movement from the start [s]; None: the reference's event `launch`, else no
+            transition metrics.
+        prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...`; None: from the
+            reference's event `rise` to `launch`. A run that did not reach its end has no such numbers.
 
     Returns:
         The numbers by name, the same names for every run; None where one does not exist. `success`: see
-        `simprep.metrics.tracking.succeeded`; `s_per_s`: computing time per simulated second; `assist_n`, `assist_nm`: largest
-        external force and torque; `penetration_mm`: deepest of any step; `foot_slip_ratio`: see `simprep.metrics.contact.slip_ratio`.
+        `simprep.metrics.tracking.succeeded`; `s_per_s`: computing time per simulated second; `assist_n`, `assist_nm`:
+        largest external force and torque; `penetration_mm`: deepest of any step; `foot_slip_ratio`: see
+        `simprep.metrics.contact.slip_ratio`.
     """
     result: Metrics = dict.fromkeys(RUN_KEYS)
     result |= {
@@ -158,7 +162,8 @@ _POSTURE_KEYS = (
     "unsupported_share", *(f"prepared_{key}" for key in PREPARED_KEYS),
 )  # fmt: skip
 _TRANSITION_KEYS = (
-    "peak_acceleration_rad_s2", "peak_jerk_rad_s3", "peak_rms_acceleration_rad_s2", "peak_torque_nm", "peak_torque_share",
+    "peak_acceleration_rad_s2", "peak_jerk_rad_s3", "peak_rms_acceleration_rad_s2", "peak_torque_nm",
+    "peak_torque_share",
 )  # fmt: skip
 _CONTACT_KEYS = ("foot_slip_mm_per_stance", "foot_slip_m_s", "penetration_mm", "penetration_mean_mm")
 

@@ -17,7 +17,7 @@ SPARSITY_THRESHOLD = 0.05
 
 @dataclass(frozen=True)
 class PendulumLaw:
-    """Identified law: acceleration = offset + stiffness * (com - cop) + damping * velocity, the same for both floor axes.
+    """Identified law: acceleration = offset + omega^2 (com - cop) + damping * velocity, one for both floor axes.
 
     Attributes:
         omega_squared_per_s2: coefficient of com - cop [1/s^2]; NaN where nothing could be fitted.
@@ -47,11 +47,12 @@ def identify_pendulum(
 ) -> PendulumLaw:
     """Fit the linear inverted pendulum by SINDy (Brunton et al. 2016; `pysindy`).
 
-    Sequentially thresholded least squares (threshold 0.05 in SI units) on the library 1, velocity, com - cop, over both floor axes
-    together. Captures whether the body as a whole balances like a pendulum on its centre of pressure: ratio and r_squared near 1, the
-    other terms gone. A ratio apart from 1 tells of angular momentum or of a COM that moves vertically. With the ZMP of a kinematic
-    motion as `centre_of_pressure` the law is partly true by construction, and only the deviation says something; with
-    the pressure measured in a simulation it is a finding. Hides causes, and says nothing about flight (frames with NaN are left out).
+    Sequentially thresholded least squares (threshold 0.05 in SI units) on the library 1, velocity, com - cop, over both
+    floor axes together. Captures whether the body as a whole balances like a pendulum on its centre of pressure: ratio
+    and r_squared near 1, the other terms gone. A ratio apart from 1 tells of angular momentum or of a COM that moves
+    vertically. With the ZMP of a kinematic motion as `centre_of_pressure` the law is partly true by construction, and
+    only the deviation says something; with the pressure measured in a simulation it is a finding. Hides causes, and
+    says nothing about flight (frames with NaN are left out).
 
     Args:
         com: (n, 3) [m].

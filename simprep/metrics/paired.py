@@ -7,7 +7,7 @@ import numpy as np
 
 MATCHED_ON = ("target", "alpha", "seed", "controller")
 SURVIVAL = ("success", "completed_share", "survived_s")
-"""Metrics that mean something for a fall too; they are compared over all pairs, the others where both arms succeeded."""
+"""Metrics that mean something for a fall too: compared over all pairs, the others where both arms succeeded."""
 
 Summary = dict[str, float | int | None]
 
@@ -20,8 +20,8 @@ def bootstrap_median(
 ) -> tuple[float | None, float | None, float | None]:
     """Median and percentile bootstrap interval (Efron 1979).
 
-    Captures the spread over cases. Hides that cases sharing a target are not independent: with few targets and many seeds the
-    interval is too narrow; with under about 6 values it is too narrow in any case.
+    Captures the spread over cases. Hides that cases sharing a target are not independent: with few targets and many
+    seeds the interval is too narrow; with under about 6 values it is too narrow in any case.
 
     Args:
         differences: the values.
@@ -55,14 +55,17 @@ def paired_differences(
     """`with_arm` minus `without_arm` over cases that agree in target, alpha, seed and controller.
 
     Falls are not averaged away: a pair in which either arm failed is left out of every metric except those of
-    `SURVIVAL`, and counted in `n_failed_with` and `n_failed_without`. So the medians speak of cases that both arms survived; an arm that
-    fails where it is hardest looks better in them than it is, which is why the counts stand beside.
+    `SURVIVAL`, and counted in `n_failed_with` and `n_failed_without`. So the medians speak of cases that both arms
+    survived; an arm that fails where it is hardest looks better in them than it is, which is why the counts stand
+    beside.
 
     Args:
-        cases: mappings with `target`, `alpha`, `arm`, `controller`, `seed`, `success`, and metrics; None and NaN are missing values.
+        cases: mappings with `target`, `alpha`, `arm`, `controller`, `seed`, `success`, and metrics; None and NaN are
+            missing values.
         with_arm: name of one arm.
         without_arm: name of the other.
-        generator: for the bootstrap; consumed in sorted order of controller and metric, so a seed reproduces the result.
+        generator: for the bootstrap; consumed in sorted order of controller and metric, so a seed reproduces the
+            result.
         metrics: which to compare; None for every numeric key that both arms have.
         resamples: bootstrap samples.
 

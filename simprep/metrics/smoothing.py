@@ -4,9 +4,9 @@ A finite difference of captured or simulated positions amplifies noise by a powe
 acceleration and jerk taken from it say more about the timestep than about the body. Here a signal is interpolated by a
 cubic spline to at least 240 Hz and convolved with derivatives of a Gaussian of standard deviation `SIGMA_S`
 (-3 dB at 13 Hz, the upper end of the 6 to 15 Hz that gait analysis uses). A sinusoid of angular frequency w keeps
-exp(-(w * SIGMA_S)^2 / 2) of its amplitude. What this hides: impacts shorter than about 20 ms. Whole-body inverse dynamics of
-poses uses `DYNAMICS_SIGMA_S`, -3 dB at 6.6 Hz: gait laboratories take 6 Hz (Winter 2009, ch. 2), as what is above it in
-captured motion is mostly noise, which masses of tens of kilograms turn into hundreds of newtons.
+exp(-(w * SIGMA_S)^2 / 2) of its amplitude. What this hides: impacts shorter than about 20 ms. Whole-body inverse
+dynamics of poses uses `DYNAMICS_SIGMA_S`, -3 dB at 6.6 Hz: gait laboratories take 6 Hz (Winter 2009), as what is
+above it in captured motion is mostly noise, which masses of tens of kilograms turn into hundreds of newtons.
 """
 
 from collections.abc import Sequence
@@ -25,7 +25,7 @@ GRID_HZ = 240.0
 ANALYSIS_HZ = 60.0
 DYNAMICS_SIGMA_S = 0.020
 EDGE_S = 4 * DYNAMICS_SIGMA_S
-"""Whole-body accelerations this close to either end of a motion rest on extrapolation and are left out of statistics."""
+"""Whole-body accelerations this close to an end of a motion rest on extrapolation; statistics leave them out."""
 
 _TRUNCATE = 8.0  # a shorter kernel of second order has a constant gain: 4 cm/s^2 per metre at 5 sigma
 

@@ -39,8 +39,8 @@ def hull_edges(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[
         mask: (T, P) points that count.
 
     Returns:
-        (T, P, P): entry [t, i, j] is True where i to j is a hull edge, counter-clockwise and of maximal length; collinear points
-        give the two opposite edges between the extremes, a single point none.
+        (T, P, P): entry [t, i, j] is True where i to j is a hull edge, counter-clockwise and of maximal length;
+        collinear points give the two opposite edges between the extremes, a single point none.
     """
     points, mask = np.asarray(points, dtype=np.float64), np.asarray(mask, dtype=bool)
     difference = points[:, None, :, :] - points[:, :, None, :]  # (T, i, j, 2) from i to j

@@ -34,8 +34,9 @@ def position_errors(simulated: NDArray[np.float64], reference: NDArray[np.float6
     """Mean joint position errors over frames and bodies, root-relative and global.
 
     - `g_mpjpe_mm`: world positions. Captures drift as well as pose; a perfect walk half a metre astray scores 500.
-    - `mpjpe_mm`: after subtracting each pose's own root position (the pelvis, itself one of the 17 with error 0; headings are
-      not aligned, as is standard). Captures the pose; hides drift and falling straight down. Distal errors weigh as much as proximal.
+    - `mpjpe_mm`: after subtracting each pose's own root position (the pelvis, itself one of the 17 with error 0;
+      headings are not aligned, as is standard). Captures the pose; hides drift and falling straight down. Distal errors
+      weigh as much as proximal.
     - `max_body_distance_mm`: largest over time of the mean distance of the 17 bodies, which `success` bounds by 500.
 
     Args:
@@ -57,8 +58,8 @@ def position_errors(simulated: NDArray[np.float64], reference: NDArray[np.float6
 def derivative_errors(simulated: NDArray[np.float64], reference: NDArray[np.float64], rate: float) -> dict[str, float]:
     """Velocity and acceleration errors of body positions: first and second differences at 30 Hz, in SI units.
 
-    Mean norm over frames and bodies, `velocity_error_m_s` and `acceleration_error_m_s2`. They capture jitter and bad timing that
-    position errors forgive; at 30 Hz they hide vibration above 15 Hz.
+    Mean norm over frames and bodies, `velocity_error_m_s` and `acceleration_error_m_s2`. They capture jitter and bad
+    timing that position errors forgive; at 30 Hz they hide vibration above 15 Hz.
 
     Args:
         simulated: (n, 17, 3) [m].
@@ -97,8 +98,8 @@ def effort(
 ) -> dict[str, float]:
     """What the servos spend.
 
-    - `torque_rms_nm`, `torque_rms_share`: root mean square over time and hinges, in N m and as share of each hinge's limit. The first is
-      ruled by legs and trunk; the second weighs a wrist like a hip.
+    - `torque_rms_nm`, `torque_rms_share`: root mean square over time and hinges, in N m and as share of each hinge's
+      limit. The first is ruled by legs and trunk; the second weighs a wrist like a hip.
     - `saturation_share`: share of hinge-steps at 99 % of the limit or more: where the servos had nothing left.
     - `positive_work_j`, `absolute_work_j`: sum over hinges of the servo power's positive part, and of its size. Muscles
       pay for holding still and get little back from negative work: neither is metabolic cost.

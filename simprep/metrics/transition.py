@@ -18,11 +18,13 @@ def transition_peaks(
 ) -> dict[str, float]:
     """Peaks over all hinges within 0.25 s before and after the launch of the target.
 
-    All signals pass the Gaussian of `simprep.metrics.smoothing` (sigma 10 ms), so frame rate and timestep do not matter.
-    - `peak_acceleration_rad_s2`, `peak_jerk_rad_s3`: second and third derivative of the fastest hinge. They capture the jolt that an
-      unprepared transition needs, but also the target's own snap, which every arm of a comparison shares. Hinge angles
-      exaggerate near a singular shoulder.
-    - `peak_rms_acceleration_rad_s2`: peak over time of the root mean square over hinges: less at the mercy of one wrist.
+    All signals pass the Gaussian of `simprep.metrics.smoothing` (sigma 10 ms), so frame rate and timestep do not
+    matter.
+    - `peak_acceleration_rad_s2`, `peak_jerk_rad_s3`: second and third derivative of the fastest hinge. They capture the
+      jolt that an unprepared transition needs, but also the target's own snap, which every arm of a comparison shares.
+      Hinge angles exaggerate near a singular shoulder.
+    - `peak_rms_acceleration_rad_s2`: peak over time of the root mean square over hinges: less at the mercy of one
+      wrist.
     - `peak_torque_nm`, `peak_torque_share`: largest servo torque and largest share of a limit (simulated runs only).
 
     Args:
@@ -33,7 +35,8 @@ def transition_peaks(
         torque_limit: (37,) [N m], with `torque`.
 
     Returns:
-        The numbers by name; NaN where the window is not wholly inside the motion (a fall must not look gentle) or has no torque.
+        The numbers by name; NaN where the window is not wholly inside the motion (a fall must not look gentle) or has
+        no torque.
     """
     names = ("peak_acceleration_rad_s2", "peak_jerk_rad_s3", "peak_rms_acceleration_rad_s2")
     missing = {name: float("nan") for name in (*names, "peak_torque_nm", "peak_torque_share")}

@@ -63,7 +63,7 @@ def test_friction_cone_bounds_the_push():
 
 
 def test_rod_turned_up_and_dropped():
-    # COM 0.3 m above the root; turning up about it by alpha needs the moment I alpha, so the ZMP moves by I alpha / (m g)
+    # COM 0.3 m above the root; turning about it by alpha needs the moment I alpha, so the ZMP moves by I alpha / (m g)
     alpha = 4.0
     qacc = np.array([[-alpha * 0.3, 0.0, 0.0, 0.0, alpha, 0.0]])  # the root's acceleration that keeps the COM still
     rod = whole_body(ROD, ROD.qpos0[None], np.zeros((1, 6)), qacc)
@@ -101,7 +101,7 @@ def test_standing_still():
     right[:, 1] -= 0.085
     left = right * [1, -1]
     assert series.foot_points[30] == pytest.approx(np.concatenate([left, right]), abs=1e-5)
-    # heel, lateral ball and toe are the corners; the half width y(x) is linear between: first moment over area, by trapezoid
+    # heel, lateral ball and toe are the corners, the half width y(x) is linear between: first moment over area
     x, y = np.array([-0.040, 0.105, 0.175]), np.array([0.085, 0.127, 0.073])
     h, a, b = np.diff(x), y[:-1], y[1:]
     area = (h * (a + b) / 2).sum()
@@ -180,7 +180,6 @@ def test_numbers_do_not_depend_on_place_heading_or_frame_rate():
         assert value == pytest.approx(first[name], rel=0.03, abs=0.05 * abs(value) + 0.01), name
 
 
-@pytest.mark.filterwarnings("ignore")  # the libraries under pysindy warn on import
 def test_sindy_finds_the_pendulum_it_was_given():
     rng = np.random.default_rng(3)
     height, dt = 0.92, 1 / 60
@@ -206,7 +205,6 @@ def test_sindy_finds_the_pendulum_it_was_given():
     assert np.isnan(identify_pendulum(com, velocity, acceleration, cop).ratio)
 
 
-@pytest.mark.filterwarnings("ignore")  # the libraries under pysindy warn on import
 def test_stiff_body_is_a_pendulum_and_a_simulated_one_agrees():
     # a body carried rigidly at constant height has no angular momentum: the law holds exactly
     time = np.arange(361) / 120.0
