@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import Body, humanoid_model
@@ -23,7 +24,12 @@ class FootholdSettings:
     Attributes:
         flat_below: a sole tilted less than this is set flat [rad].
         tilted_above: one tilted more than this keeps its tilt [rad]; between, a smooth passage.
-        turning: a stance whose heading ranges over more than this turns on the ball [rad].
+        turning: a stance whose heading ranges over more than this turns [rad], and
+        sliding: one whose place ranges over more than this slides [m]: it is divided into still parts.
+        still_turn: heading rate below which a part is still [rad/s].
+        still_speed: speed of the place below which a part is still [m/s].
+        shortest: shortest still part [s].
+        dorsiflexion: largest angle that a standing ankle is asked for, beyond which the heel rises [rad].
         softness: points within about this height of the lowest share its hold [m].
         ease: longest time over which a correction fades in a swing [s].
     """
@@ -31,6 +37,11 @@ class FootholdSettings:
     flat_below: float = 0.05
     tilted_above: float = 0.2
     turning: float = 0.3
+    sliding: float = 0.12
+    still_turn: float = 0.5
+    still_speed: float = 0.12
+    shortest: float = 0.1
+    dorsiflexion: float = 0.58
     softness: float = 0.006
     ease: float = 0.4
 
@@ -64,76 +75,151 @@ def sole_points(feet: FootPoses, body: Body) -> NDArray[np.float64]:
 
 
 def place_feet(
-    feet: FootPoses, contacts: NDArray[np.bool_], fps: float, body: Body, settings: FootholdSettings | None = None
-) -> FootPoses:
+    feet: FootPoses,
+    knees: NDArray[np.float64],
+    contacts: NDArray[np.bool_],
+    fps: float,
+    body: Body,
+    settings: FootholdSettings | None = None,
+) -> tuple[FootPoses, NDArray[np.bool_]]:
     """Feet that stand on the floor z = 0 without sliding wherever `contacts` says so, and pass smoothly in between.
 
     Args:
         feet: poses as they are, the floor near z = 0.
+        knees: (T, 2, 3) knees, for how far the ankles bend [m].
         contacts: (T, 2) standing feet.
         fps: frames per second [1/s].
         body: the humanoid.
         settings: thresholds; None for the defaults.
+
+    Returns:
+        the poses, and the contacts without the frames in which a foot slid to another place.
     """
     settings = settings or FootholdSettings()
     centres, radii = sole_geometry(body)
+    contacts = contacts.copy()
     position, rotation = feet.position.copy(), feet.rotation.copy()
     points = sole_points(feet, body)
     for side in range(2):
-        runs = stances(contacts[:, side])
-        for first, after in runs:
+        shank = knees[:, side] - feet.position[:, side]
+        held = []
+        for first, after in stances(contacts[:, side]):
             part = slice(first, after)
-            position[part, side], rotation[part, side] = _stance(
-                points[part, side], feet.rotation[part, side], centres[side], radii[side], settings
-            )
+            stance = _Stance(points[part, side], feet.rotation[part, side], centres[side], radii[side], settings)
+            for begin, end in _still_parts(stance, fps, settings):
+                whole = (begin, end) == (0, after - first)
+                position[first + begin : first + end, side], rotation[first + begin : first + end, side] = _hold(
+                    stance, slice(begin, end), shank[part], turning=whole and stance.turns
+                )
+                held.append((first + begin, first + end))
+            _drop_slides(contacts[:, side], [run for run in held if run[0] >= first], first, points[:, side], settings)
         moved = position[:, side] - feet.position[:, side]
         turn = rotation[:, side] @ np.swapaxes(feet.rotation[:, side], -1, -2)
         turned = Rotation.from_matrix(turn).as_rotvec()
         longest = max(2, round(settings.ease * fps))
         for offset in (moved, turned):
-            _ease(offset, runs, longest)
+            _ease(offset, held, longest)
         position[:, side] = feet.position[:, side] + moved
         rotation[:, side] = Rotation.from_rotvec(turned).as_matrix() @ feet.rotation[:, side]
-    # a swinging foot passes over the floor
+    # a swinging foot passes over the floor; a standing foot between two footholds turns on it
     low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
-    position[..., 2] += np.maximum(0.0, -low)
-    return FootPoses(position, rotation)
+    position[..., 2] -= np.where(contacts, low, np.minimum(0.0, low))
+    return FootPoses(position, rotation), contacts
 
 
-def _stance(
+class _Stance:
+    """One stance of one foot: sole points (n, 4, 3), and what follows from them."""
+
+    def __init__(
+        self,
+        points: NDArray[np.float64],
+        rotation: NDArray[np.float64],
+        centres: NDArray[np.float64],
+        radii: NDArray[np.float64],
+        settings: FootholdSettings,
+    ) -> None:
+        self.points, self.centres, self.radii, self.settings = points, centres, radii, settings
+        heading, self.pitch, self.roll = np.moveaxis(Rotation.from_matrix(rotation).as_euler("ZYX"), -1, 0)
+        self.heading = np.unwrap(heading)
+        height = points[..., 2] - points[..., 2].min(axis=-1, keepdims=True)
+        self.weight = np.exp(-height / settings.softness)  # (n, 4) how much each point bears
+        level = Rotation.from_euler("Z", self.heading[:, None]).as_matrix()
+        local = np.einsum("nij,pj->npi", level, centres)[..., :2]
+        share = self.weight / self.weight.sum(axis=1, keepdims=True)
+        self.place = np.einsum("np,npi->ni", share, points[..., :2] - local)  # ankle of the flat foot, in plan
+        self.turns = bool(np.ptp(self.heading) > settings.turning)
+        self.slides = bool(np.ptp(self.place, axis=0).max() > settings.sliding)
+
+
+def _still_parts(stance: _Stance, fps: float, settings: FootholdSettings) -> list[tuple[int, int]]:
+    """Parts of a stance with one foothold each: all of it, unless the foot turns or slides."""
+    n = len(stance.heading)
+    if not (stance.turns or stance.slides) or n < 3:
+        return [(0, n)]
+    sigma = 0.03 * fps
+    heading = gaussian_filter1d(stance.heading, sigma, mode="nearest")
+    place = gaussian_filter1d(stance.place, sigma, axis=0, mode="nearest")
+    still = (np.abs(np.gradient(heading, 1 / fps)) < settings.still_turn) & (
+        np.linalg.norm(np.gradient(place, 1 / fps, axis=0), axis=-1) < settings.still_speed
+    )
+    out = []
+    for first, after in stances(still):
+        # slow creeping adds up: cut where the foot has left the place it had
+        begin = first
+        for frame in range(first + 1, after + 1):
+            leaves = frame == after or (
+                np.linalg.norm(place[frame] - place[begin]) > settings.sliding / 2
+                or abs(heading[frame] - heading[begin]) > settings.turning / 2
+            )
+            if leaves:
+                if frame - begin >= settings.shortest * fps:
+                    out.append((begin, frame))
+                begin = frame + max(2, round(0.07 * fps))
+    return out if out else [(0, n)]
+
+
+def _drop_slides(
+    contact: NDArray[np.bool_],
+    held: list[tuple[int, int]],
+    first: int,
     points: NDArray[np.float64],
-    rotation: NDArray[np.float64],
-    centres: NDArray[np.float64],
-    radii: NDArray[np.float64],
     settings: FootholdSettings,
+) -> None:
+    """Between two holds of a stance the foot turns on a point of its sole, or slides: then it does not bear, in place."""
+    for (_, a), (b, _) in zip(held, held[1:]):
+        travelled = np.linalg.norm(points[b, :, :2] - points[a - 1, :, :2], axis=-1).min()
+        if travelled > settings.sliding / 2:
+            contact[a:b] = False
+
+
+def _hold(
+    stance: _Stance, part: slice, shank: NDArray[np.float64], turning: bool
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Positions (n, 3) and orientations (n, 3, 3) of one standing foot from its sole points (n, 4, 3)."""
-    heading, pitch, roll = np.moveaxis(Rotation.from_matrix(rotation).as_euler("ZYX"), -1, 0)
-    heading = np.unwrap(heading)
-    weight = np.exp(-(points[..., 2] - points[..., 2].min(axis=-1, keepdims=True)) / settings.softness)  # (n, 4)
-    flatness = weight.sum(axis=1)
-    turning = bool(np.ptp(heading) > settings.turning)
+    """Positions (n, 3) and orientations (n, 3, 3) of the foot through one still part of a stance."""
+    settings, centres, radii = stance.settings, stance.centres, stance.radii
+    weight, points = stance.weight[part], stance.points[part]
+    heading = stance.heading[part]
     if not turning:
-        heading = np.full(len(heading), np.average(heading, weights=flatness**2))
-    tilt = np.stack([heading, _flatten(pitch, settings), _flatten(roll, settings)], axis=-1)
-    new = Rotation.from_euler("ZYX", tilt).as_matrix()
-    if turning:
-        ball = centres[1:3].mean(axis=0)
-        held = points[:, 1:3, :2].mean(axis=1)  # (n, 2)
-        place = np.median(held, axis=0)
-        plan = place - (new @ ball)[:, :2]
+        heading = np.full(len(heading), np.average(heading, weights=weight.sum(axis=1) ** 2))
+    pitch, roll = _flatten(stance.pitch[part], settings), _flatten(stance.roll[part], settings)
+    new = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=-1)).as_matrix()
+    # beyond the ankle's range the heel rises
+    lean = np.einsum("nji,nj->ni", new, shank[part])
+    pitch = pitch + np.maximum(0.0, np.arctan2(lean[:, 0], lean[:, 2]) - settings.dorsiflexion)
+    new = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=-1)).as_matrix()
+    reach = np.einsum("nij,pj->npi", new, centres)
+    height = reach[..., 2] - radii
+    if turning:  # all of a short stance, as a kick's: the ball stays
+        ball = reach[:, 1:3, :2].mean(axis=1)
+        plan = np.median(points[:, 1:3, :2].mean(axis=1), axis=0) - ball
     else:
         level = Rotation.from_euler("Z", heading[0]).as_matrix()
         local = (centres @ level.T)[:, :2]  # sole points of the flat foot about its ankle
-        place = np.average((points[..., :2] - local).reshape(-1, 2), axis=0, weights=weight.ravel())
-        anchors = place + local
-        reach = np.einsum("nij,pj->npi", new, centres)
-        height = reach[..., 2] - radii
+        anchors = np.average((points[..., :2] - local).reshape(-1, 2), axis=0, weights=weight.ravel()) + local
         hold = np.exp(-(height - height.min(axis=1, keepdims=True)) / settings.softness)
         hold /= hold.sum(axis=1, keepdims=True)
         plan = np.einsum("np,npi->ni", hold, anchors - reach[..., :2])
-    lowest = (np.einsum("nij,pj->npi", new, centres)[..., 2] - radii).min(axis=1)
-    return np.concatenate([plan, -lowest[:, None]], axis=1), new
+    return np.concatenate([plan, -height.min(axis=1)[:, None]], axis=1), new
 
 
 def _flatten(angle: NDArray[np.float64], settings: FootholdSettings) -> NDArray[np.float64]:

@@ -13,6 +13,7 @@ from simprep.motion.retarget import RetargetSettings, residual_mm, solve
 from simprep.motion.targets import LEFT_FOOT, ORIENTED, RIGHT_FOOT, Targets, unit
 
 FEET = (LEFT_FOOT, RIGHT_FOOT)
+KNEES = (BODIES.index("left_shank"), BODIES.index("right_shank"))
 ARMS_AND_KNEES = tuple(
     BODIES.index(name) for name in BODIES if name.endswith(("hand", "forearm", "shank")) or name in ("pelvis", "head")
 )
@@ -56,7 +57,7 @@ def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | No
     levelled, warnings = level_floor(whole, body)
     feet = FootPoses(levelled.positions[:, FEET], levelled.orientations[:, 3:5])
     contacts = contacts_of_points(sole_points(feet, body), targets.fps)
-    placed = place_feet(feet, contacts, targets.fps, body)
+    placed, contacts = place_feet(feet, levelled.positions[:, KNEES], contacts, targets.fps, body)
     whole = _follow(levelled, placed, contacts, body)
     if cyclic:
         before = min(n, round(PREROLL_S * targets.fps))
@@ -94,31 +95,52 @@ def level_floor(targets: Targets, body: Body) -> tuple[Targets, list[str]]:
     points = sole_points(feet, body)
     lowest = points[..., 2].min(axis=-1)  # (T, 2)
     lower = lowest.min(axis=1)
-    still = _slowest_point(points, targets.fps) < 0.3
-    footing = np.array(
-        [
-            (first + after - 1) / 2 * np.array([1.0, 0.0]) + np.array([0.0, np.median(lowest[first:after, side])])
-            for side in range(2)
-            for first, after in stances(still[:, side] & (lowest[:, side] < lower + 0.03))
-            if after - first >= 0.1 * targets.fps
-        ]
-    ).reshape(-1, 2)
+    n, fps = len(lower), targets.fps
+    # the vertical speed is left out: uneven ground, or a lost hip height, would hide the contacts
+    still = _slowest_point(points[..., :2], fps) < 0.4
+    footing = still & (lowest < lower[:, None] + 0.03)
+    for side in range(2):
+        for first, after in stances(footing[:, side]):
+            if after - first < 0.08 * fps and first > 0 and after < n:
+                footing[first:after, side] = False
+    known = np.flatnonzero(footing.any(axis=1))
     limbs = targets.positions[:, ARMS_AND_KNEES, 2].min(axis=1) - LIMB_RADIUS
     warnings = []
-    level = np.full(len(lower), float(np.percentile(lower, 10)) if not len(footing) else float(np.median(footing[:, 1])))
+    level = np.full(n, float(np.median(lower[known])) if len(known) else float(np.percentile(lower, 10)))
     crawling = float(np.percentile(limbs, 20))
+    flat_hips = n > 0.5 * fps and np.ptp(targets.positions[:, 0, 2]) < 0.003 and np.ptp(lower) > 0.01
     if crawling < level[0] - 0.01:
         level[:] = crawling
-    elif len(footing) > 2 and np.ptp(footing[:, 1]) > UNEVEN:
-        order = np.argsort(footing[:, 0])
-        level = np.interp(np.arange(len(lower)), footing[order, 0], footing[order, 1])
-        level = gaussian_filter1d(level, 0.08 * targets.fps, mode="nearest")
+    elif flat_hips:
+        level = _follow_feet(lower, known, fps) - _flight_arcs(footing, fps)
         warnings.append(
-            f"the ground is uneven (footholds differ by {np.ptp(footing[:, 1]):.2f} m in height): levelled"
+            "the hips stay at one height throughout the file, so their vertical movement is lost: restored from the "
+            "standing foot (and gravity in flight)"
         )
+    elif len(known) > 2 and np.ptp(np.percentile(lower[known], [5, 95])) > UNEVEN:
+        level = _follow_feet(lower, known, fps)
+        warnings.append(f"the ground is uneven (by {np.ptp(np.percentile(lower[known], [5, 95])):.2f} m): levelled")
     positions = targets.positions.copy()
     positions[..., 2] -= level[:, None]
     return replace(targets, positions=positions), warnings
+
+
+def _follow_feet(lower: NDArray[np.float64], known: NDArray[np.intp], fps: float) -> NDArray[np.float64]:
+    """Height of the ground under the standing foot (T,), interpolated in flight [m]."""
+    if not len(known):
+        return np.full(len(lower), float(lower.min()))
+    level = np.interp(np.arange(len(lower)), known, lower[known])
+    return np.asarray(gaussian_filter1d(level, 0.03 * fps, mode="nearest"))
+
+
+def _flight_arcs(footing: NDArray[np.bool_], fps: float) -> NDArray[np.float64]:
+    """Rise of the body (T,) in free flight between two stances: g t (T - t) / 2 [m]."""
+    out = np.zeros(len(footing))
+    for first, after in stances(~footing.any(axis=1)):
+        if first > 0 and after < len(out):
+            t = np.arange(1, after - first + 1) / fps
+            out[first:after] = 0.5 * 9.81 * t * ((after - first + 1) / fps - t)
+    return np.asarray(gaussian_filter1d(out, 0.015 * fps, mode="nearest"))
 
 
 def _slowest_point(points: NDArray[np.float64], fps: float) -> NDArray[np.float64]:

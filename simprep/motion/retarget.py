@@ -24,7 +24,9 @@ class RetargetSettings:
         head_cost: weight of the head's orientation [1/rad].
         hand_cost: weight of a hand's orientation [1/rad].
         foot_cost: weight of a foot's orientation [1/rad].
-        stance_cost: factor on position and orientation of a foot that stands.
+        stance_knee_cost: factor on the position of its knee, which decides the heading together with the foot.
+        stance_cost: factor on the position of a foot that stands.
+        stance_turn_cost: factor on its orientation.
         posture_cost: pull of every hinge to 0 [1/rad], for what nothing else decides (twist of a straight limb).
         damping_cost: pull of every hinge to its value in the frame before [1/rad].
         iterations: steps per frame, from the frame before.
@@ -36,7 +38,9 @@ class RetargetSettings:
     head_cost: float = 0.15
     hand_cost: float = 0.03
     foot_cost: float = 0.15
-    stance_cost: float = 6.0
+    stance_cost: float = 10.0
+    stance_turn_cost: float = 8.0
+    stance_knee_cost: float = 0.3
     posture_cost: float = 0.004
     damping_cost: float = 0.01
     iterations: int = 2
@@ -72,8 +76,9 @@ class BodyTask(mink.Task):  # type: ignore[misc]
             if standing[number]:
                 foot = ORIENTED[3 + number]
                 cost[3 * foot : 3 * foot + 3] *= self.settings.stance_cost
+                cost[3 * foot - 3 : 3 * foot] *= self.settings.stance_knee_cost
                 turn = 3 * len(BODIES) + 3 * (3 + number)
-                cost[turn : turn + 3] *= self.settings.stance_cost
+                cost[turn : turn + 3] *= self.settings.stance_turn_cost
         self.cost = cost
 
     def compute_error(self, configuration: Any) -> NDArray[np.float64]:
