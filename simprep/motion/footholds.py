@@ -30,7 +30,9 @@ class FootholdSettings:
         still_speed: speed of the place below which a part is still [m/s].
         shortest: shortest still part [s].
         dorsiflexion: largest angle that a standing ankle is asked for, beyond which the heel rises [rad].
+        inversion: the same to either side, beyond which the sole tilts [rad].
         softness: points within about this height of the lowest share its hold [m].
+        upright: a shank whose rise is less than this share of its length does not stand on its foot.
         ease: longest time over which a correction fades in a swing [s].
     """
 
@@ -38,11 +40,13 @@ class FootholdSettings:
     tilted_above: float = 0.2
     turning: float = 0.3
     sliding: float = 0.12
-    still_turn: float = 0.5
-    still_speed: float = 0.12
+    still_turn: float = 0.8
+    still_speed: float = 0.2
     shortest: float = 0.1
     dorsiflexion: float = 0.58
+    inversion: float = 0.5
     softness: float = 0.006
+    upright: float = 0.45
     ease: float = 0.4
 
 
@@ -100,11 +104,15 @@ def place_feet(
     contacts = contacts.copy()
     position, rotation = feet.position.copy(), feet.rotation.copy()
     points = sole_points(feet, body)
+    slides: list[tuple[int, int, int]] = []
     for side in range(2):
         shank = knees[:, side] - feet.position[:, side]
         held = []
         for first, after in stances(contacts[:, side]):
             part = slice(first, after)
+            if np.median(shank[part, 2] / np.linalg.norm(shank[part], axis=1)) < settings.upright:
+                held.append((first, after))  # kneeling or lying: it touches the floor, but is no foothold
+                continue
             stance = _Stance(points[part, side], feet.rotation[part, side], centres[side], radii[side], settings)
             for begin, end in _still_parts(stance, fps, settings):
                 whole = (begin, end) == (0, after - first)
@@ -112,7 +120,8 @@ def place_feet(
                     stance, slice(begin, end), shank[part], turning=whole and stance.turns
                 )
                 held.append((first + begin, first + end))
-            _drop_slides(contacts[:, side], [run for run in held if run[0] >= first], first, points[:, side], settings)
+            own = [hold for hold in held if hold[0] >= first]
+            slides += [(side, *part) for part in _slides(own, (first, after), points[:, side], settings)]
         moved = position[:, side] - feet.position[:, side]
         turn = rotation[:, side] @ np.swapaxes(feet.rotation[:, side], -1, -2)
         turned = Rotation.from_matrix(turn).as_rotvec()
@@ -121,6 +130,10 @@ def place_feet(
             _ease(offset, held, longest)
         position[:, side] = feet.position[:, side] + moved
         rotation[:, side] = Rotation.from_rotvec(turned).as_matrix() @ feet.rotation[:, side]
+    # a foot that slides does not bear, if the other one does
+    bearing = contacts.copy()
+    for side, first, after in slides:
+        contacts[first:after, side] &= ~bearing[first:after, 1 - side]
     # a swinging foot passes over the floor; a standing foot between two footholds turns on it
     low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
     position[..., 2] -= np.where(contacts, low, np.minimum(0.0, low))
@@ -139,7 +152,7 @@ class _Stance:
         settings: FootholdSettings,
     ) -> None:
         self.points, self.centres, self.radii, self.settings = points, centres, radii, settings
-        heading, self.pitch, self.roll = np.moveaxis(Rotation.from_matrix(rotation).as_euler("ZYX"), -1, 0)
+        heading, self.pitch, _ = np.moveaxis(Rotation.from_matrix(rotation).as_euler("ZYX"), -1, 0)
         self.heading = np.unwrap(heading)
         height = points[..., 2] - points[..., 2].min(axis=-1, keepdims=True)
         self.weight = np.exp(-height / settings.softness)  # (n, 4) how much each point bears
@@ -148,7 +161,10 @@ class _Stance:
         share = self.weight / self.weight.sum(axis=1, keepdims=True)
         self.place = np.einsum("np,npi->ni", share, points[..., :2] - local)  # ankle of the flat foot, in plan
         self.turns = bool(np.ptp(self.heading) > settings.turning)
-        self.slides = bool(np.ptp(self.place, axis=0).max() > settings.sliding)
+        # a foot of another length rolls over another toe: the flat frames tell the place
+        self.flatness = np.exp(-((self.pitch / settings.tilted_above) ** 2)) + 1e-3
+        flat = self.flatness > 0.5 * self.flatness.max()
+        self.slides = bool(np.ptp(self.place[flat], axis=0).max() > settings.sliding)
 
 
 def _still_parts(stance: _Stance, fps: float, settings: FootholdSettings) -> list[tuple[int, int]]:
@@ -178,18 +194,17 @@ def _still_parts(stance: _Stance, fps: float, settings: FootholdSettings) -> lis
     return out if out else [(0, n)]
 
 
-def _drop_slides(
-    contact: NDArray[np.bool_],
-    held: list[tuple[int, int]],
-    first: int,
-    points: NDArray[np.float64],
-    settings: FootholdSettings,
-) -> None:
-    """Between two holds of a stance the foot turns on a point of its sole, or slides: then it does not bear, in place."""
-    for (_, a), (b, _) in zip(held, held[1:]):
-        travelled = np.linalg.norm(points[b, :, :2] - points[a - 1, :, :2], axis=-1).min()
-        if travelled > settings.sliding / 2:
-            contact[a:b] = False
+def _slides(
+    held: list[tuple[int, int]], run: tuple[int, int], points: NDArray[np.float64], settings: FootholdSettings
+) -> list[tuple[int, int]]:
+    """Parts of a stance outside of its holds in which every sole point travels: the foot slides to another place."""
+    edges = [run[0], *(edge for hold in held for edge in hold), run[1]]
+    out = []
+    for a, b in zip(edges[::2], edges[1::2]):
+        begin, end = max(a - 1, run[0]), min(b, run[1] - 1)
+        if b > a and np.linalg.norm(points[end, :, :2] - points[begin, :, :2], axis=-1).min() > settings.sliding / 2:
+            out.append((a, b))
+    return out
 
 
 def _hold(
@@ -200,12 +215,15 @@ def _hold(
     weight, points = stance.weight[part], stance.points[part]
     heading = stance.heading[part]
     if not turning:
-        heading = np.full(len(heading), np.average(heading, weights=weight.sum(axis=1) ** 2))
-    pitch, roll = _flatten(stance.pitch[part], settings), _flatten(stance.roll[part], settings)
+        heading = np.full(len(heading), np.average(heading, weights=stance.flatness[part]))
+    pitch = _flatten(stance.pitch[part], settings)
+    roll = np.zeros_like(pitch)
     new = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=-1)).as_matrix()
-    # beyond the ankle's range the heel rises
+    # beyond the ankle's range the heel rises, or the sole tilts sideways
     lean = np.einsum("nji,nj->ni", new, shank[part])
     pitch = pitch + np.maximum(0.0, np.arctan2(lean[:, 0], lean[:, 2]) - settings.dorsiflexion)
+    aside = -np.arctan2(lean[:, 1], lean[:, 2])
+    roll = aside - np.clip(aside, -settings.inversion, settings.inversion)
     new = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=-1)).as_matrix()
     reach = np.einsum("nij,pj->npi", new, centres)
     height = reach[..., 2] - radii
@@ -215,7 +233,8 @@ def _hold(
     else:
         level = Rotation.from_euler("Z", heading[0]).as_matrix()
         local = (centres @ level.T)[:, :2]  # sole points of the flat foot about its ankle
-        anchors = np.average((points[..., :2] - local).reshape(-1, 2), axis=0, weights=weight.ravel()) + local
+        bearing = weight * stance.flatness[part, None]
+        anchors = np.average((points[..., :2] - local).reshape(-1, 2), axis=0, weights=bearing.ravel()) + local
         hold = np.exp(-(height - height.min(axis=1, keepdims=True)) / settings.softness)
         hold /= hold.sum(axis=1, keepdims=True)
         plan = np.einsum("np,npi->ni", hold, anchors - reach[..., :2])

@@ -29,7 +29,8 @@ class RetargetSettings:
         stance_turn_cost: factor on its orientation.
         posture_cost: pull of every hinge to 0 [1/rad], for what nothing else decides (twist of a straight limb).
         damping_cost: pull of every hinge to its value in the frame before [1/rad].
-        iterations: steps per frame, from the frame before.
+        iterations: largest number of steps per frame, from the frame before.
+        tolerance: a step that turns no joint by more than this is the last [rad].
         first_iterations: steps of the first frame, from a closed form.
     """
 
@@ -44,6 +45,7 @@ class RetargetSettings:
     posture_cost: float = 0.004
     damping_cost: float = 0.01
     iterations: int = 2
+    tolerance: float = 0.02
     first_iterations: int = 20
 
 
@@ -230,12 +232,14 @@ def solve(
     for frame in range(len(out)):
         task.set_target(targets.positions[frame], targets.orientations[frame], standing[frame])
         for _ in range(settings.iterations if frame else settings.first_iterations):
-            _step(configuration, tasks, limits)
+            if _step(configuration, tasks, limits) < settings.tolerance:
+                break
         out[frame] = configuration.q
     return out
 
 
-def _step(configuration: Any, tasks: list[Any], limits: list[Any]) -> None:
+def _step(configuration: Any, tasks: list[Any], limits: list[Any]) -> float:
+    """One Newton step; returns its largest rotation [rad]."""
     problem = mink.build_ik(configuration, tasks, 1.0, damping=1e-9, limits=limits)
     change = _solve(problem)
     if change is None and len(limits) > 1:  # far below the floor: first back to where the linearisation holds
@@ -243,10 +247,11 @@ def _step(configuration: Any, tasks: list[Any], limits: list[Any]) -> None:
     if change is None:
         raise MotionError("inverse kinematics found no solution for a frame")
     # a full step from afar would leave the range of the linearisation
-    largest = np.abs(change[3:]).max()
+    largest = float(np.abs(change[3:]).max())
     if largest > 0.5:
         change = change * (0.5 / largest)
     configuration.integrate_inplace(change, 1.0)
+    return largest
 
 
 def _solve(problem: Any) -> NDArray[np.float64] | None:

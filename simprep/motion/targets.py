@@ -237,7 +237,12 @@ def _foot(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64
 
 
 def _standing_frames(ankle: NDArray[np.float64], fps: float) -> NDArray[np.bool_]:
+    """Frames in which a foot stands: its ankle low and still; of a runner, when it is slowest."""
     if len(ankle) < 3:
         return np.ones(len(ankle), dtype=bool)
-    speed = np.linalg.norm(np.gradient(ankle, 1 / fps, axis=0), axis=-1)
-    return np.asarray((speed < STILL_SPEED) & (ankle[:, 2] < np.percentile(ankle[:, 2], 5) + 0.02))
+    # without the vertical speed, which the hips carry into every joint where a file has lost their height
+    speed = np.linalg.norm(np.gradient(ankle[:, :2], 1 / fps, axis=0), axis=-1)
+    standing = (speed < STILL_SPEED) & (ankle[:, 2] < np.percentile(ankle[:, 2], 5) + 0.02)
+    if standing.sum() < 3:
+        standing = speed <= np.percentile(speed, 8)
+    return np.asarray(standing)
