@@ -50,11 +50,13 @@ class FootSlip:
 def sphere_slip(
     centres: NDArray[np.float64], rotations: NDArray[np.float64], radius: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Distance that the lowest material point of each sphere slides over the floor between frames.
+    """Distance that spheres on the floor slide between frames.
 
-    A sphere that rolls carries its lowest geometric point along without sliding; what slides is the material there. Its
-    step is the centre's plus that of the arm from the centre to the floor under the rotation, averaged over forward and
-    backward so that the result does not depend on the direction of time.
+    A sphere that rolls carries its lowest point along while the material there rests; a foot that an animator pins by
+    the lowest point turns about it, and the material rubs on the spot. Neither is skating, so the smaller of both
+    travels counts: that of the lowest point, and that of the material at it (the centre's step plus that of the arm
+    from the centre to the floor under the rotation, forward and backward averaged, so that the direction of time
+    does not matter). Hides rubbing on the spot, at most radius times angle turned.
 
     Args:
         centres: (n, ..., 3) sphere centres [m].
@@ -67,7 +69,9 @@ def sphere_slip(
     turn = rotations[1:] @ np.swapaxes(rotations[:-1], -1, -2)
     # arm = radius * (0, 0, -1): forward (turn - 1) arm, backward (1 - turn^T) arm
     arm_step = -0.5 * radius[..., None] * (turn[..., :, 2] - turn[..., 2, :])
-    return np.asarray(np.linalg.norm((np.diff(centres, axis=0) + arm_step)[..., :2], axis=-1))
+    point = np.diff(centres, axis=0)[..., :2]
+    material = point + arm_step[..., :2]
+    return np.asarray(np.minimum(np.linalg.norm(point, axis=-1), np.linalg.norm(material, axis=-1)))
 
 
 def foot_slip(motion: Motion) -> FootSlip:
@@ -75,9 +79,9 @@ def foot_slip(motion: Motion) -> FootSlip:
 
     Every interval with the foot in contact at both ends counts, but for the first and last 1/60 s of a stance, sampled
     at about 60 Hz (every k-th frame, so that noise does not add up with the frame rate). The carrying points are those
-    of the four foot spheres at most 5 mm above the foot's lowest; their slip (`sphere_slip`) is averaged. Rolling from
-    heel over ball to toe is not slip. It captures sliding and pivoting; it hides the very moments of touch-down and
-    lift-off, which contact rule set the flags, and a foot that hovers.
+    of the four foot spheres at most 5 mm above the foot's lowest; their slip (`sphere_slip`) is averaged. Rolling
+    from heel over ball to toe is not slip. It captures sliding and pivoting; it hides the very moments of touch-down
+    and lift-off, which contact rule set the flags, and a foot that hovers.
 
     Args:
         motion: a motion of at least 2 frames, with its contact flags (measured ones for a simulated motion).

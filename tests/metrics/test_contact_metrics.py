@@ -20,7 +20,8 @@ def rolling(slide_speed):
 def test_rolling_is_not_slip_and_sliding_is():
     assert rolling(0.0).sum() == pytest.approx(0, abs=0.005)  # chords of 7 degrees: 0.3 % of the 1.5 m rolled
     assert rolling(0.4).sum() == pytest.approx(0.4, abs=0.005)
-    assert rolling(-1.5).sum() == pytest.approx(1.5, abs=0.005)  # spinning on the spot
+    assert rolling(-0.2).sum() == pytest.approx(0.2, abs=0.005)
+    assert rolling(-1.5).sum() == 0  # turning on the spot, as a foot pinned by its lowest point does
 
 
 @pytest.mark.parametrize("fps", [30.0, 60.0, 100.0, 120.0, 480.0])
@@ -34,14 +35,15 @@ def test_sliding_body(fps):
     assert slip.contact_m_per_s == pytest.approx(0.3, rel=1e-6)
 
 
-def test_foot_rolling_over_its_toe_does_not_slip():
-    # the ankle plantarflexes 40 degrees while the root moves so that the toe sphere rolls on the floor without sliding
+@pytest.mark.parametrize("rolls", [True, False])
+def test_foot_rolling_over_its_toe_does_not_slip(rolls):
+    # the ankle plantarflexes 40 degrees while the toe sphere rolls on the floor, or turns about its lowest point
     fps = 120.0
     angle = np.radians(40) * (1 - np.cos(np.pi * np.linspace(0, 1, 61))) / 2
     toe, radius = np.array([0.175, -0.058]), 0.015
     c, s = np.cos(angle), np.sin(angle)
     # pitching nose-down by `angle` takes (x, z) to (x c + z s, -x s + z c); rolling advances the toe by radius * angle
-    x = toe[0] - (toe[0] * c + toe[1] * s) + radius * angle
+    x = toe[0] - (toe[0] * c + toe[1] * s) + rolls * radius * angle
     z = toe[1] - (-toe[0] * s + toe[1] * c)
     motion = rigid_motion(np.stack([x, 0 * x, z], axis=1), fps)
     qpos = motion.qpos.copy()
