@@ -6,6 +6,7 @@ foot that turns on the spot (the standing foot of a kick) keeps the place of its
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,7 +76,7 @@ def sole_points(feet: FootPoses, body: Body) -> NDArray[np.float64]:
     centres, radii = sole_geometry(body)
     points = feet.position[:, :, None] + np.einsum("tsij,spj->tspi", feet.rotation, centres)
     points[..., 2] -= radii
-    return points
+    return np.asarray(points)
 
 
 def place_feet(
@@ -251,7 +252,7 @@ def _ease(offset: NDArray[np.float64], runs: list[tuple[int, int]], longest: int
     n = len(offset)
     if not runs:
         return
-    limits = [(0, runs[0][0])] + [(a[1], b[0]) for a, b in zip(runs, runs[1:])] + [(runs[-1][1], n)]
+    limits = [(0, runs[0][0])] + [(a[1], b[0]) for a, b in pairwise(runs)] + [(runs[-1][1], n)]
     for first, after in limits:
         gap = after - first
         if gap <= 0:

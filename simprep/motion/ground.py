@@ -136,7 +136,7 @@ def _follow_feet(lower: NDArray[np.float64], known: NDArray[np.intp], fps: float
 def _flight_arcs(footing: NDArray[np.bool_], fps: float) -> NDArray[np.float64]:
     """Rise of the body (T,) in free flight between two stances: g t (T - t) / 2 [m]."""
     out = np.zeros(len(footing))
-    for first, after in stances(~footing.any(axis=1)):
+    for first, after in stances(np.asarray(~footing.any(axis=1))):
         if first > 0 and after < len(out):
             t = np.arange(1, after - first + 1) / fps
             out[first:after] = 0.5 * 9.81 * t * ((after - first + 1) / fps - t)
@@ -155,7 +155,9 @@ def _follow(targets: Targets, feet: FootPoses, contacts: NDArray[np.bool_], body
     """The rest of the body follows its feet: the mean shift of the standing feet, smoothed; knees in their planes."""
     fps = targets.fps
     model = humanoid_model(body)
-    thigh, shank = (float(np.linalg.norm(model.body_pos[1 + BODIES.index(f"left_{part}")])) for part in ("shank", "foot"))
+    thigh, shank = (
+        float(np.linalg.norm(model.body_pos[1 + BODIES.index(f"left_{part}")])) for part in ("shank", "foot")
+    )
     moved = feet.position - targets.positions[:, FEET]
     shift = _smooth_mean(moved, contacts, 0.12 * fps)
     positions = targets.positions + shift[:, None]
@@ -189,7 +191,9 @@ def _smooth_mean(moved: NDArray[np.float64], contacts: NDArray[np.bool_], sigma:
     total = (moved * weight[..., None]).sum(axis=1)
     count = weight.sum(axis=1)
     known = np.flatnonzero(count)
-    filled = np.stack([np.interp(np.arange(len(moved)), known, total[known, i] / count[known]) for i in range(3)], axis=1)
+    filled = np.stack(
+        [np.interp(np.arange(len(moved)), known, total[known, i] / count[known]) for i in range(3)], axis=1
+    )
     return np.asarray(gaussian_filter1d(filled, sigma, axis=0, mode="nearest"))
 
 

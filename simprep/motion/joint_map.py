@@ -84,10 +84,7 @@ def find_joints(
     parts = [_split(name) for name in names]
     for role in ROLES:
         side, _, part = role.partition("_")
-        if side in SIDES:
-            found = _first(parts, side, _WORDS[part])
-        else:
-            found = _first(parts, "", _TRUNK_WORDS[role])
+        found = _first(parts, side, _WORDS[part]) if side in SIDES else _first(parts, "", _TRUNK_WORDS[role])
         if found is not None:
             roles[role] = found
     for side in SIDES:
@@ -112,7 +109,7 @@ def find_joints(
         raise MotionFileError(
             path,
             f"no joint found for {', '.join(missing)}; joints of the file: {shown}. "
-            "A joint map (--joint-map FILE with {\"part\": \"joint name\"}) can name them",
+            'A joint map (--joint-map FILE with {"part": "joint name"}) can name them',
         )
     taken: dict[int, str] = {}
     for role in needed:
@@ -123,7 +120,7 @@ def find_joints(
     used = set(roles.values()) | set(trunk)
     for joint in list(used):
         used.update(_ancestors(joint, parents))
-    unused = tuple(name for number, name in enumerate(names) if number not in used)
+    unused = tuple(name for number, name in enumerate(names) if number not in used and not name.endswith("_end"))
     return JointMap(roles, trunk, unused)
 
 
@@ -190,9 +187,7 @@ def _first(parts: list[tuple[str, str]], side: str, words: tuple[str, ...]) -> i
     return None
 
 
-def _resolve_doubles(
-    side: str, roles: dict[str, int], names: tuple[str, ...], parents: NDArray[np.intp]
-) -> None:
+def _resolve_doubles(side: str, roles: dict[str, int], names: tuple[str, ...], parents: NDArray[np.intp]) -> None:
     """Where one word can mean two things, let the chain decide."""
     toe, foot = roles.get(f"{side}_toe"), roles.get(f"{side}_foot")
     # 'foot' is the ankle in most skeletons and the ball in SMPL, which also has an ankle
@@ -232,9 +227,7 @@ def _ancestors(joint: int, parents: NDArray[np.intp]) -> list[int]:
     return out
 
 
-def _trunk(
-    path: object, roles: dict[str, int], names: tuple[str, ...], parents: NDArray[np.intp]
-) -> tuple[int, ...]:
+def _trunk(path: object, roles: dict[str, int], names: tuple[str, ...], parents: NDArray[np.intp]) -> tuple[int, ...]:
     left = [roles["left_thigh"], *_ancestors(roles["left_thigh"], parents)]
     right = [roles["right_thigh"], *_ancestors(roles["right_thigh"], parents)]
     up = [roles["neck"], *_ancestors(roles["neck"], parents)]

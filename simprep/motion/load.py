@@ -120,7 +120,9 @@ def import_motion(
     warnings = [*source.warnings, *targets.warnings, *placed.warnings]
     if joints.unused:
         shown = ", ".join(joints.unused[:12]) + (", ..." if len(joints.unused) > 12 else "")
-        warnings.append(f"{len(joints.unused)} of {len(clip.names)} joints drive nothing: {shown}")
+        warnings.append(
+            f"{len(joints.unused)} of {sum(not name.endswith('_end') for name in clip.names)} joints drive nothing: {shown}"
+        )
     report = ImportReport(
         len(motion), motion.fps, motion.duration, placed.residual_mm, source.up, source.scale, tuple(warnings)
     )

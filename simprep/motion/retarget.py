@@ -262,7 +262,12 @@ def _solve(problem: Any) -> NDArray[np.float64] | None:
     lower = np.full(len(upper), -1e30)
     sense = np.zeros(len(upper), dtype=np.int32)
     x, _, status, _ = daqp.solve(
-        np.ascontiguousarray(problem.P), np.ascontiguousarray(problem.q), np.ascontiguousarray(problem.G), upper, lower, sense
+        np.ascontiguousarray(problem.P),
+        np.ascontiguousarray(problem.q),
+        np.ascontiguousarray(problem.G),
+        upper,
+        lower,
+        sense,
     )
     x = np.asarray(x)
     return x if status > 0 and x.shape == (n,) and np.isfinite(x).all() else None

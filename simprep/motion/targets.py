@@ -46,7 +46,7 @@ class Targets:
 
 def unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
     """Vectors (..., 3) divided by their lengths; zero vectors stay zero."""
-    return vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12)
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))
 
 
 def frame_from(left: NDArray[np.float64], up: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -164,7 +164,7 @@ def _mean_rotation(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
 def _snap(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     """The rotation between coordinate axes nearest to a rotation, if within 30 degrees; else the rotation itself."""
     cube = Rotation.create_group("O")
-    angles = (cube.inv() * Rotation.from_matrix(rotation)).magnitude()
+    angles = np.asarray((cube.inv() * Rotation.from_matrix(rotation)).magnitude())
     best = int(np.argmin(angles))
     return np.asarray(cube[best].as_matrix()) if angles[best] < np.radians(30) else rotation
 

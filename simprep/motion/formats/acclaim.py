@@ -119,7 +119,8 @@ def find_skeleton(path: Path) -> Path:
     if not found:
         raise MotionFileError(path, f"needs its skeleton, {wanted}, in the same folder; there is no .asf")
     raise MotionFileError(
-        path, f"needs its skeleton, {wanted}, in the same folder; there are {', '.join(file.name for file in found[:8])}"
+        path,
+        f"needs its skeleton, {wanted}, in the same folder; there are {', '.join(file.name for file in found[:8])}",
     )
 
 
@@ -196,7 +197,9 @@ def _root(path: Path, skeleton: _Skeleton, tokens: list[str], line: int) -> None
     if key == "order":
         order = tuple(token.lower() for token in tokens[1:])
         if any(not re.fullmatch("[tr][xyz]", token) for token in order) or len(set(order)) < len(order):
-            raise MotionFileError(path, f"root order {' '.join(tokens[1:])!r}; valid: TX TY TZ RX RY RZ, each once", line)
+            raise MotionFileError(
+                path, f"root order {' '.join(tokens[1:])!r}; valid: TX TY TZ RX RY RZ, each once", line
+            )
         skeleton.order = order
     elif key == "orientation" and len(tokens) == 4:
         angles = [number(path, value, "the root's orientation", line) for value in tokens[1:]]
@@ -277,9 +280,7 @@ def _tree(path: Path, skeleton: _Skeleton) -> tuple[tuple[str, ...], NDArray[np.
     return tuple(names_out), np.array(parents, dtype=np.intp)
 
 
-def _read_motion(
-    path: Path, skeleton: _Skeleton
-) -> tuple[dict[str, NDArray[np.float64]], bool, float | None]:
+def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, NDArray[np.float64]], bool, float | None]:
     """Values of every bone (T, dofs), whether they are degrees, and the frame rate if a comment states it."""
     widths = {name: len(bone.dofs) for name, bone in skeleton.bones.items()}
     widths["root"] = len(skeleton.order)

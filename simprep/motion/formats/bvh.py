@@ -131,7 +131,9 @@ def _channels(path: Path, joint: _Joint, tokens: list[str], line: int) -> list[s
     count = number(path, tokens[0], f"the channel count of {joint.name!r}", line)
     if count not in range(7) or len(tokens) <= count:
         raise MotionFileError(
-            path, f"{tokens[0]} channels of {joint.name!r}, {len(tokens) - 1} named; valid: 0 to 6, all on this line", line
+            path,
+            f"{tokens[0]} channels of {joint.name!r}, {len(tokens) - 1} named; valid: 0 to 6, all on this line",
+            line,
         )
     names = tokens[1 : 1 + int(count)]
     for name in names:
@@ -162,7 +164,9 @@ def _motion_header(path: Path, lines: list[str], at: int) -> tuple[int, float, i
         elif key == "frame time":
             frame_time = number(path, value.strip() or "nothing", "the frame time", line)
             if not 1e-3 <= frame_time <= 1:
-                raise MotionFileError(path, f"frame time {frame_time:g} s; valid: 0.001 to 1 (1000 to 1 frames/s)", line)
+                raise MotionFileError(
+                    path, f"frame time {frame_time:g} s; valid: 0.001 to 1 (1000 to 1 frames/s)", line
+                )
             if count is None:
                 raise MotionFileError(path, "'Frame Time:' before 'Frames:'", line)
             return count, frame_time, index + 1

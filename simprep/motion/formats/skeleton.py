@@ -74,9 +74,7 @@ def forward(
             positions[:, joint] = offsets[:, joint]
         else:
             world[:, joint] = world[:, parent] @ rotations[:, joint]
-            positions[:, joint] = (
-                positions[:, parent] + (world[:, parent] @ offsets[:, joint, :, None])[..., 0]
-            )
+            positions[:, joint] = positions[:, parent] + (world[:, parent] @ offsets[:, joint, :, None])[..., 0]
     return positions, world
 
 

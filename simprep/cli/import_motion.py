@@ -1,0 +1,71 @@
+"""`simprep import`: a motion file onto our humanoid."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from simprep.cli.output import Output
+from simprep.errors import MotionFileError
+
+
+@dataclass(frozen=True)
+class Import:
+    """Retarget a motion file onto the humanoid, set its feet on the floor, and write it as .npz.
+
+    Reads BVH, Acclaim (.amc with its .asf beside it) and DeepMimic clips. What the file does not state (vertical axis,
+    length unit, meaning of joint names) is found, and reported; the options below override it.
+
+    Example: simprep import walk.bvh -o walk.npz
+    """
+
+    file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FILE", help_behavior_hint="")]
+    """The motion file: .bvh, .amc, .txt or .json (DeepMimic), or .npz of simprep."""
+
+    out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="OUT", help_behavior_hint="")] = None
+    """The .npz file to write; default: the file's name, in the current folder."""
+
+    fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
+    """Frames per second of the result; default: the file's, at most 60."""
+
+    up: Literal["x", "y", "z"] | None = None
+    """Vertical axis of the file; default: found."""
+
+    scale: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
+    """Metres per length unit of the file; default: found."""
+
+    joint_map: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
+    """JSON object {"our part": "joint of the file"} for joints that are not recognised by their names."""
+
+    json: bool = False
+    """Print one JSON object on stdout; everything else goes to stderr."""
+
+    def run(self) -> None:
+        """Import, write, print."""
+        output = Output(self.json)
+        with output.stdout_reserved():
+            content = self._run(output)
+        output.result(content)
+
+    def _run(self, output: Output) -> dict[str, Any]:
+        from simprep.motion.load import import_motion
+        from simprep.motion.store import save_motion
+
+        result = import_motion(self.file, self.fps, self.up, self.scale, self.joint_map)
+        target = self.out or Path(f"{self.file.stem}.npz")
+        if target.resolve() == self.file.resolve():
+            raise MotionFileError(target, "is the file to import; give another with -o")
+        try:
+            written = save_motion(result.motion, target)
+        except OSError as error:
+            raise MotionFileError(target, f"cannot be written ({error.strerror})") from None
+        report = result.report
+        output.say(
+            f"{self.file.name}: {report.frames} frames at {report.fps:g} per second, {report.duration_s:.2f} s; "
+            f"{report.up} up, {report.scale:.4g} m per unit; mean joint distance to the source {report.residual_mm:.1f} mm"
+        )
+        for warning in report.warnings:
+            output.warn(warning)
+        output.say(f"written: {written}")
+        return {**asdict(report), "warnings": list(report.warnings), "out": str(written)}
