@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from simprep.errors import MotionError, SettingError
 from simprep.humanoid import BODIES
 from simprep.motion.contacts import stances
-from simprep.motion.edit import cut, repeat
+from simprep.motion.edit import cut, loop_displacement, repeat
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.preparation.blending import blend_hinges, joint_weights
@@ -120,7 +120,8 @@ def prepare(
 
     qpos = source.qpos.copy()
     qpos[:, 7:] = blend_hinges(source.qpos[:, 7:], reference.qpos[7:], weights)
-    path = blend_root(source.qpos[:, :7], reference.qpos[:7], root_weight)
+    cycle = (len(locomotion), loop_displacement(locomotion)[0]) if locomotion.loop and len(locomotion) > 1 else None
+    path = blend_root(source.qpos[:, :7], reference.qpos[:7], root_weight, source.fps, cycle)
     qpos[:, :2], qpos[:, 3:7] = path.position, path.quat
     touched = (root_weight > 0) | (weights > 0).any(axis=1)
     if touched.any():

@@ -122,7 +122,7 @@ def build_scenario(
         levels = np.zeros_like(levels)
     elif arm == "traditional":
         used = replace(settings, curve="linear")
-    approach = prepare(source, target, levels, settings=used, optimise=arm == "optimised")
+    approach = prepare(locomotion, target, levels, settings=used, optimise=arm == "optimised")
     begin = {RISE_EVENT: min(round(profile.lead * fps), at)}
     motion = launch(replace(approach.motion, events=begin), at, target, reference.frame, profile.window, settings)
     motion = replace(motion, name=f"{locomotion.name}_{target.name}_a{round(100 * profile.level):03d}_{arm}")

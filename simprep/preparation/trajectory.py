@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
 from simprep.preparation.blending import join_heading, split_heading
 
@@ -26,7 +26,28 @@ class RootPath:
     quat: Array
 
 
-def blend_root(locomotion: Array, reference: Array, weight: Array) -> RootPath:
+def heading_trend(heading: Array, fps: float, cycle: tuple[int, float] | None = None) -> Array:
+    """Heading without the turning of the pelvis to and fro at every step.
+
+    Args:
+        heading: (T,) unwrapped heading of the root [rad].
+        fps: frames per second [1/s].
+        cycle: for a repeated loop, its length in frames and the turn per cycle [rad]: then the trend is exact. Otherwise a moving
+            average over about a stride, 1.2 s.
+
+    Returns:
+        (T,) [rad].
+    """
+    if cycle is not None and len(heading) >= cycle[0]:
+        frames, turn = cycle
+        line = turn * np.arange(len(heading)) / frames
+        return np.asarray(line + (heading - line)[:frames].mean())
+    return np.asarray(uniform_filter1d(heading, max(1, min(round(1.2 * fps), len(heading))), mode="nearest"))
+
+
+def blend_root(
+    locomotion: Array, reference: Array, weight: Array, fps: float, cycle: tuple[int, float] | None = None
+) -> RootPath:
     """Blend the root's tilt and slow down its travel and turning.
 
     The tilt (roll and pitch in the heading's frame) is blended like any joint (Eq. 2). The displacement per frame on the
@@ -38,6 +59,8 @@ def blend_root(locomotion: Array, reference: Array, weight: Array) -> RootPath:
         locomotion: (T, 7) root of the locomotion: position [m] and quaternion wxyz.
         reference: (7,) root of the reference posture.
         weight: (T,) blending weight of the root.
+        fps: frames per second [1/s].
+        cycle: see `heading_trend`.
 
     Returns:
         The root path; exactly that of the locomotion up to the first frame with a weight above 0.
@@ -45,18 +68,20 @@ def blend_root(locomotion: Array, reference: Array, weight: Array) -> RootPath:
     heading, tilt = split_heading(locomotion[:, 3:7])
     heading = np.unwrap(heading)
     _, reference_tilt = split_heading(reference[3:7])
+    trend = heading_trend(heading, fps, cycle)
     between = (weight[1:] + weight[:-1]) / 2  # weight over the step from one frame to the next
-    lag = np.concatenate([[0.0], np.cumsum(-between * np.diff(heading))])  # heading lost so far
+    lag = np.concatenate([[0.0], np.cumsum(-between * np.diff(trend))])  # heading lost so far
     step = np.diff(locomotion[:, :2], axis=0)
     turn = (lag[1:] + lag[:-1]) / 2
     c, s = np.cos(turn), np.sin(turn)
     turned = np.stack([c * step[:, 0] - s * step[:, 1], s * step[:, 0] + c * step[:, 1]], axis=-1)
     lost = np.concatenate([np.zeros((1, 2)), np.cumsum((1 - between)[:, None] * turned - step, axis=0)])
     blended_tilt = (1 - weight)[:, None] * tilt + weight[:, None] * reference_tilt
-    quat = join_heading(heading + lag, blended_tilt)
+    blended_heading = heading + lag - weight * (heading - trend)
+    quat = join_heading(blended_heading, blended_tilt)
     untouched = (weight == 0) & (lag == 0)
     quat = np.where(untouched[:, None], locomotion[:, 3:7], quat)
-    return RootPath(position=locomotion[:, :2] + lost, heading=heading + lag, quat=quat)
+    return RootPath(position=locomotion[:, :2] + lost, heading=blended_heading, quat=quat)
 
 
 def support_share(contacts: NDArray[np.bool_], fps: float, smoothing: float = 0.05) -> Array:

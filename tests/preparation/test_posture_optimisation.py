@@ -1,0 +1,159 @@
+"""Posture optimisation: gradients, descent, and the acceptance numbers on built-in and captured motion."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from simprep.humanoid import LOWER_BODY_HINGES, N_QPOS
+from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.motion import Motion
+from simprep.preparation.posture_optimisation import N_UPPER, PostureProblem
+from simprep.preparation.prepare import Preparation, prepare
+from simprep.preparation.settings import PreparationSettings
+from simprep.preparation.support import convex_hull, inside, polygon_centre
+
+UPPER = slice(7, 7 + N_UPPER)
+
+
+def problem_at(motion: Motion, frame: int, settings=None) -> tuple[PostureProblem, np.ndarray]:
+    settings = settings or PreparationSettings()
+    problem = PostureProblem(motion.body, settings)
+    last, before = problem.centres_of(motion.qpos[frame - 1]), problem.centres_of(motion.qpos[frame - 2])
+    start = problem.set_frame(motion.qpos[frame], np.array([0.3, -0.1]) + motion.qpos[frame, :2], last, before)
+    return problem, start
+
+
+def test_gradient_agrees_with_finite_differences(walk):
+    rng = np.random.default_rng(0)
+    for frame in (5, 20, 41):
+        problem, start = problem_at(walk, frame)
+        hinges = np.clip(start + rng.normal(0, 0.15, N_UPPER), problem.low, problem.high)
+        gradient, curvature = problem.gradient(hinges)
+        h = 1e-6
+        numeric = [
+            (problem.costs(hinges + h * e).total - problem.costs(hinges - h * e).total) / (2 * h)
+            for e in np.eye(N_UPPER)
+        ]
+        np.testing.assert_allclose(gradient, numeric, atol=1e-7)
+        assert np.linalg.eigvalsh(curvature).min() > 0
+
+
+def test_terms_are_those_of_the_paper(walk):
+    settings = PreparationSettings(smooth_norm=1e-9, joint_weight=0.0)
+    problem, start = problem_at(walk, 10, settings)
+    changed = start + 0.1
+    costs = problem.costs(changed)
+    qpos = np.tile(walk.qpos[10], (2, 1))
+    qpos[1, UPPER] = changed
+    now, past = forward_kinematics(qpos), forward_kinematics(walk.qpos[8:10])
+    moved = np.linalg.norm(now.xipos[1] - now.xipos[0], axis=1)
+    jump = np.linalg.norm(now.xipos[1] - 2 * past.xipos[1] + past.xipos[0], axis=1)
+    centre = np.array([0.3, -0.1]) + walk.qpos[10, :2]
+    assert costs.balance == pytest.approx(np.linalg.norm(now.com[1, :2] - centre), abs=1e-6)
+    assert costs.style == pytest.approx(moved.mean(), abs=1e-6)
+    assert costs.smoothness == pytest.approx(jump.mean(), abs=1e-6)
+    assert costs.total == pytest.approx(2.0 * costs.balance + 1.0 * costs.style + 0.25 * costs.smoothness)
+
+
+def test_descent_never_raises_the_cost_and_keeps_limits_and_step_count(walk):
+    rng = np.random.default_rng(3)
+    for max_steps in (0, 1, 10):
+        problem, blended = problem_at(walk, 12, PreparationSettings(max_steps=max_steps))
+        for _ in range(5):
+            start = np.clip(blended + rng.normal(0, 0.3, N_UPPER), problem.low, problem.high)
+            best, steps = problem.minimise(start)
+            assert problem.costs(best).total <= problem.costs(start).total
+            assert (problem.low <= best).all()
+            assert (best <= problem.high).all()
+            assert steps <= max_steps
+
+
+def reductions(prepared: Preparation, blended: Preparation, frames, joint_weight: float) -> np.ndarray:
+    """Cost reductions at frames, given the same two frames before.
+
+    Returns:
+        (N, 3): of the result; of the descent alone, from the blended posture; of a converged L-BFGS.
+    """
+    settings = replace(prepared.record.settings, joint_weight=joint_weight)
+    problem = PostureProblem(prepared.motion.body, settings)
+    rows = []
+    for frame in frames:
+        history = [problem.centres_of(prepared.motion.qpos[frame - back]) for back in (1, 2)]
+        centre = prepared.record.smooth_centre[frame]
+        blended_hinges = problem.set_frame(
+            blended.motion.qpos[frame], None if np.isnan(centre[0]) else centre, *history
+        )
+        start = np.clip(blended_hinges, problem.low, problem.high)
+        best = minimize(
+            lambda x: (problem.costs(x).total, problem.gradient(x)[0]),
+            start,
+            jac=True,
+            bounds=list(zip(problem.low, problem.high)),
+            method="L-BFGS-B",
+            options={"maxiter": 2000, "maxfun": 5000, "ftol": 1e-12, "gtol": 1e-8, "maxcor": 30},
+        )
+        result = problem.costs(prepared.motion.qpos[frame, UPPER]).total
+        descent = problem.costs(problem.minimise(start)[0]).total
+        rows.append(problem.costs(blended_hinges).total - np.array([result, descent, best.fun]))
+    return np.array(rows)
+
+
+def check_acceptance(locomotion: Motion, target: Motion, alpha: float) -> None:
+    """Issue 2, must hold 2: in every frame with alpha at least 0.3."""
+    frames = 120
+    blended = prepare(locomotion, target, np.full(frames, alpha), optimise=False)
+    prepared = prepare(locomotion, target, np.full(frames, alpha))
+    record = prepared.record
+    with_support = ~np.isnan(record.centre[:, 0])
+    assert (record.costs_after[with_support, 0] < record.costs_before[with_support, 0]).all()
+    assert (record.costs_after[:, 3] <= record.costs_before[:, 3]).all()
+    raw_before = np.linalg.norm(record.com_before[:, :2] - record.centre, axis=1)[with_support]
+    raw_after = np.linalg.norm(record.com[:, :2] - record.centre, axis=1)[with_support]
+    assert raw_after.mean() < raw_before.mean()  # also against the centre that is not smoothed in time
+    assert (record.steps <= 10).all()
+    moved = forward_kinematics(prepared.motion.qpos).foot_points - forward_kinematics(blended.motion.qpos).foot_points
+    assert np.abs(moved).max() == 0.0
+    found = reductions(prepared, blended, range(5, frames, 13), record.settings.joint_weight)
+    assert (found[:, 1] >= 0.9 * found[:, 2]).all()  # every frame, within 10 steps from the blended posture
+    assert found[:, 0].sum() >= 0.9 * found[:, 2].sum()  # the result, smoothed in time
+    paper = reductions(prepared, blended, range(5, frames, 13), 0.0)  # the paper's cost, without our joint term
+    assert paper[:, 0].sum() >= 0.9 * paper[:, 2].sum()
+
+
+@pytest.mark.parametrize("alpha", [0.3, 0.6, 1.0])
+def test_acceptance_on_built_in_walk(walk, punch, alpha):
+    check_acceptance(walk, punch, alpha)
+
+
+@pytest.mark.parametrize("alpha", [0.5, 1.0])
+def test_acceptance_on_captured_walk(real_pair, alpha):
+    check_acceptance(*real_pair, alpha)
+
+
+def test_skipped_below_the_threshold_and_eased_in_above(walk, punch):
+    alpha = np.linspace(0.0, 1.0, 150)
+    blended = prepare(walk, punch, alpha, optimise=False).motion.qpos
+    prepared = prepare(walk, punch, alpha).motion.qpos
+    change = np.abs(prepared - blended).max(axis=1)
+    assert (change[alpha < 0.3] == 0).all()
+    assert (change[alpha >= 0.3] > 0).all()
+    hard = prepare(walk, punch, alpha, settings=PreparationSettings(threshold_ramp=0.0)).motion.qpos
+    at = int(np.argmax(alpha >= 0.3))
+    assert change[at] < 0.02 < np.abs(hard - blended)[at].max()  # rad: no jump at the threshold
+    assert (prepared[:, :7] == blended[:, :7]).all()
+    assert (prepared[:, N_QPOS - len(LOWER_BODY_HINGES) :] == blended[:, N_QPOS - len(LOWER_BODY_HINGES) :]).all()
+
+
+def test_support_polygon_of_a_square_and_of_degenerate_points():
+    square = convex_hull(np.array([[0, 0], [2, 0], [2, 2], [0, 2], [1, 1], [2, 0]], float))
+    assert len(square) == 4
+    np.testing.assert_allclose(polygon_centre(square), [1, 1])
+    assert inside(np.array([0.5, 1.9]), square)
+    assert not inside(np.array([2.1, 1.0]), square)
+    line = convex_hull(np.array([[0, 0], [1, 1], [2, 2]], float))
+    np.testing.assert_allclose(polygon_centre(line), [1, 1])
+    assert not inside(np.array([1.0, 1.0]), line)
+    triangle = convex_hull(np.array([[10, 0], [13, 0], [10, 3]], float))
+    np.testing.assert_allclose(polygon_centre(triangle), [11, 1])
