@@ -106,7 +106,8 @@ class Track:
         files.append(folder / "metrics.json")
         content["files"] = [path.name for path in files]
         write_json(folder / "metrics.json", content)
-        output.say(_table(motion.name, content))
+        output.say(f"{motion.name} with {run.controller}: {run.end} at {run.end_s:.2f} s ({run.end_reason})")
+        output.say(_table(content))
         output.say(f"written: {', '.join(map(str, files))}")
         return content
 
@@ -126,10 +127,10 @@ def _strip(run: Any, folder: Path, output: Output) -> list[Path]:
         return []
 
 
-def _table(name: str, content: Mapping[str, Any]) -> Any:
+def _table(content: Mapping[str, Any]) -> Any:
     from rich.table import Table
 
-    table = Table(title=f"{name}, {content['controller']}: {content['end_reason']}", title_justify="left")
+    table = Table()
     table.add_column("metric")
     table.add_column("value", justify="right")
     for key in (*HEADLINE, *(key for key in content if key not in HEADLINE and isinstance(content[key], float))):

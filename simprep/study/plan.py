@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.motion import Motion
+from simprep.physics.track import CONTROLLERS
+from simprep.preparation.scenario import ARMS
 
-ARMS = ("none", "traditional", "blended", "optimised")
 ARM_LABELS = {
     "none": "no preparation",
     "traditional": "traditional blending",
     "blended": "preparation",
     "optimised": "preparation + optimisation",
 }
-CONTROLLERS = ("pd", "mpc")
 DETERMINISTIC = ("pd",)
 """Controllers without random numbers: every seed gives the same run, so only the first seed is run."""
 

@@ -91,7 +91,7 @@ def run_study(
                 case.seed,
                 progress=lambda share, label=label, done=done: tell(label, done + share),  # type: ignore[misc]
             )
-            known[key] = _measure(case, run, motion, motions_folder, keep=case.seed == plan.seeds[0])
+            known[key] = _measure(case, run, motions_folder, keep=case.seed == plan.seeds[0])
             study.results.append(known[key])
         study.complete = True
     except KeyboardInterrupt:
@@ -116,8 +116,8 @@ def _build(study: Study, scenario: Scenario, folder: Path | None) -> None:
         save_motion(motion, folder / f"{scenario.slug}.npz")
 
 
-def _measure(case: Case, run: Run, motion: Motion, folder: Path | None, keep: bool) -> CaseResult:
-    metrics = evaluate_run(run, launch_s=launch_s(motion))
+def _measure(case: Case, run: Run, folder: Path | None, keep: bool) -> CaseResult:
+    metrics = evaluate_run(run)  # finds rise and launch in the reference's events
     simulated = run.simulated_motion() if keep else None
     if simulated is not None and folder is not None:
         save_motion(simulated, folder / f"{case.scenario.slug}_{case.controller}.npz")

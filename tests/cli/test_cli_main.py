@@ -64,7 +64,7 @@ def test_wrong_usage_exits_2(arguments, capsys):
         (["track", "no_such_motion"], ("unknown motion 'no_such_motion'", "walk", ".bvh")),
         (["track", "missing/file.bvh"], ("missing/file.bvh", "no such file")),
         (["validate", "--target", "walk", "walk"], ("targets walk, walk", "all different")),
-        (["validate", "--alpha", "1.5"], ("alpha 1.5", "0 to 1")),
+        (["validate", "--target", "stand", "--alpha", "1.5"], ("alpha 1.5", "0 to 1")),
         (["validate", "--target-frame", "3"], ("--target-frame", "exactly one --target")),
         (["validate", "--seeds", "0"], ("--seeds 0", "1 to 1000")),
     ],
