@@ -86,6 +86,10 @@ def scene_spec(settings: SceneSettings | None = None) -> Any:
         only.option = spec.option
         only.visual.headlight.ambient = spec.visual.headlight.ambient
         only.visual.headlight.diffuse = spec.visual.headlight.diffuse
+        only.visual.map.znear = spec.visual.map.znear
+        only.visual.global_.offwidth, only.visual.global_.offheight = (
+            spec.visual.global_.offwidth, spec.visual.global_.offheight
+        )  # fmt: skip
         only.compiler.degree = spec.compiler.degree
         for number, body in enumerate(settings.bodies):
             fighter = humanoid_spec(body)

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,11 +26,11 @@ class CostWeights:
         foot_height: height of each foot [1/m^2].
         joint_velocity: hinge velocities [s^2/rad^2].
         effort: offsets themselves [1/rad^2].
-        final: factor on the last instant.
+        final: extra weight of the last instant, as a multiple of all others together.
         instants: time between two scored instants [s].
     """
 
-    position: float = 10.0
+    position: float = 40.0
     relative: float = 30.0
     orientation: float = 3.0
     velocity: float = 0.5
@@ -38,7 +39,7 @@ class CostWeights:
     foot_height: float = 20.0
     joint_velocity: float = 0.005
     effort: float = 0.5
-    final: float = 0.5
+    final: float = 1.5
     instants: float = 0.05
 
 
