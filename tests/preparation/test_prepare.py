@@ -174,7 +174,7 @@ def test_clip_that_is_no_loop_shortens_the_scenario_or_is_refused(walk, punch):
 def test_errors_say_what_to_do(walk, punch):
     with pytest.raises(MotionError, match=r"--target-frame N\), valid: 0 to 89"):
         prepare(walk, replace(punch, events={}), 0.5)
-    with pytest.raises(SettingError, match="alpha runs from 0.5 to 1.5; valid: 0 to 1"):
+    with pytest.raises(SettingError, match=r"alpha runs from 0\.5 to 1\.5; valid: 0 to 1"):
         prepare(walk, punch, np.array([0.5, 1.5]))
     with pytest.raises(SettingError, match="valid: 0 to 1"):
         prepare(walk, punch, float("nan"))
