@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 
 from simprep.errors import MissingExtraError
 from simprep.metrics.support import polygon, signed_distance, support_centre, support_mask
@@ -15,6 +16,7 @@ from simprep.report.record import atomic_path
 
 COLOURS = ("#5b616b", "#b8860b", "#2f6fb3", "#c2452d", "#3a8a4d", "#7a4fa3")
 DPI = 110
+DEBOUNCE_S = 0.05
 
 Series = tuple[NDArray[np.float64], NDArray[np.float64]]
 
@@ -55,6 +57,8 @@ def plot_com_and_support(motions: Mapping[str, Motion], frames: Sequence[int], p
 def support_margin(motion: Motion) -> Series:
     """Signed distance of the COM projection to the edge of the support polygon, over time.
 
+    Contacts pass a median filter of 50 ms, since a simulated foot chatters while it takes up load.
+
     Args:
         motion: kinematic or simulated; its contacts say which feet support.
 
@@ -62,7 +66,9 @@ def support_margin(motion: Motion) -> Series:
         Time (T,) [s], and distance (T,) [m]: positive inside, NaN in flight.
     """
     kinematics = forward_kinematics(motion.qpos, motion.body)
-    points, mask = _floor_points(kinematics, motion.contacts)
+    width = 2 * round(motion.fps * DEBOUNCE_S / 2) + 1
+    contacts = median_filter(motion.contacts.astype(np.uint8), size=(width, 1), mode="nearest").astype(bool)
+    points, mask = _floor_points(kinematics, contacts)
     return motion.times, signed_distance(points, mask, kinematics.com[:, :2])
 
 

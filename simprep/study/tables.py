@@ -18,8 +18,8 @@ RUN_COLUMNS: tuple[Column, ...] = (
     ("COM-COS [mm]", "com_cos_mm", ".0f"),
     ("MoS [mm]", "margin_of_stability_mm", ".0f"),
     ("COM inside", "com_inside_share", ".0%"),
-    ("peak acc. [rad/s2]", "peak_acceleration_rad_s2", ".0f"),
-    ("peak torque [N m]", "peak_torque_nm", ".0f"),
+    ("acc. [rad/s2]", "peak_acceleration_rad_s2", ".0f"),
+    ("torque [N m]", "peak_torque_nm", ".0f"),
 )
 MOTION_COLUMNS: tuple[Column, ...] = (
     ("COM-COS [mm]", "com_cos_mm", ".0f"),
@@ -28,7 +28,7 @@ MOTION_COLUMNS: tuple[Column, ...] = (
     ("COM inside", "com_inside_share", ".0%"),
     ("ZMP inside", "zmp_inside_share", ".0%"),
     ("residual force [N]", "residual_force_n", ".0f"),
-    ("peak acc. [rad/s2]", "peak_acceleration_rad_s2", ".0f"),
+    ("acc. [rad/s2]", "peak_acceleration_rad_s2", ".0f"),
 )
 PAIRED_ROWS: tuple[Column, ...] = (
     ("success [share]", "success", ".2f"),
@@ -54,9 +54,9 @@ def study_tables(study: Study) -> Iterator[Table]:
 
 
 def _runs(study: Study) -> Table:
-    table = Table(title="Simulated (medians over cases)", title_justify="left")
-    for heading in ("controller", "arm", "success", "falls at [s]"):
-        table.add_column(Text(heading))
+    table = Table(title="Simulated (medians over cases, each until its end)", title_justify="left")
+    for heading in ("controller", "arm", "success", "fell at [s]"):
+        table.add_column(Text(heading), no_wrap=True)
     for heading, *_ in RUN_COLUMNS:
         table.add_column(Text(heading), justify="right")  # Text: brackets in a str would be markup
     for controller in study.plan.controllers:
@@ -93,7 +93,7 @@ def _motions(study: Study) -> Table:
 
 
 def _paired(study: Study) -> Table:
-    title = f"{ARM_LABELS[WITH]} minus {ARM_LABELS[WITHOUT]}: median over pairs (95 % interval); falls count in the first two rows only"
+    title = f"{ARM_LABELS[WITH]} minus {ARM_LABELS[WITHOUT]}: medians over pairs (95 % interval)"
     table = Table(title=Text(title), title_justify="left")
     table.add_column("metric")
     columns: Mapping[str, Any] = {BEFORE_PHYSICS: paired_before_physics(study), **paired_by_controller(study)}
@@ -112,7 +112,7 @@ def _cell(values: list[Any], form: str) -> str:
 def _interval(item: Mapping[str, Any] | None, form: str) -> str:
     if item is None or item["median"] is None:
         return "-"
-    middle, low, high = (
-        "-" if item[key] is None else format(item[key], "+" + form) for key in ("median", "low", "high")
-    )
-    return f"{middle} ({low} to {high}) n={item['n']}"
+    text = format(item["median"], "+" + form)
+    if item["low"] is not None:
+        text += f" ({format(item['low'], '+' + form)} to {format(item['high'], '+' + form)})"
+    return f"{text} n={item['n']}"
