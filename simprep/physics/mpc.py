@@ -162,6 +162,7 @@ class MpcController:
         for body, quat in self._planner.fused_orientations(data):
             self._body_quat[:, body] = quat
         self._time[:] = data.time
+        warned = self._batch.warning[:, :, 1].sum(axis=1)
         begin = perf_counter()
         record = self._batch.rollout(
             self._steps,
@@ -171,8 +172,8 @@ class MpcController:
         )
         self.simulation_s += perf_counter() - begin
         cost = self._cost.evaluate(step, record, theta)
-        failed = np.asarray(self._batch.status != 0) if hasattr(self._batch, "status") else np.zeros(len(cost), bool)
-        failed = failed | ~np.isfinite(cost)
+        # MuJoCo resets a diverged state by itself, so finite numbers alone prove nothing
+        failed = (self._batch.warning[:, :, 1].sum(axis=1) > warned) | ~np.isfinite(cost)
         self.rejected += int(failed.sum())
         return np.where(failed, np.inf, cost)
 

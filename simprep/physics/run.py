@@ -94,8 +94,8 @@ class Run:
     def simulated_motion(self) -> Motion:
         """The simulated poses as a Motion at the simulation rate; contacts are the measured ones."""
         contacts = np.zeros((len(self.qpos), 2), dtype=bool)
-        contacts[1:] = self.foot_contact
-        contacts[:1] = self.foot_contact[:1]
+        contacts[:-1] = self.foot_contact  # MuJoCo finds the contacts of a step at the state before it
+        contacts[-1:] = self.foot_contact[-1:]
         return Motion(
             qpos=self.qpos,
             fps=1.0 / self.timestep,

@@ -48,7 +48,7 @@ def save_run(run: Run, path: str | Path) -> Path:
     handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
     try:
         with os.fdopen(handle, "wb") as stream:
-            np.savez_compressed(stream, header=np.array(json.dumps(header, default=str)), **arrays)
+            np.savez_compressed(stream, **{"header": np.array(json.dumps(header, default=str)), **arrays})  # type: ignore[arg-type]
         os.chmod(temporary, 0o644)
         os.replace(temporary, path)
     except BaseException:

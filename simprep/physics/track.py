@@ -1,6 +1,7 @@
 """Simulate a free-floating humanoid that tracks a motion with joint motors only."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from time import perf_counter
 from typing import Any
@@ -100,8 +101,20 @@ def track(
     scene = replace(settings.scene, bodies=(motion.body,))
     model = build_scene(scene)
     reference = make_reference(motion, scene.timestep, settings.reference)
-    brain = _make_controller(controller, reference, model, scene, seed, settings)
-    return _simulate(model, reference, brain, seed, settings, progress)
+    with _quiet_warnings():
+        brain = _make_controller(controller, reference, model, scene, seed, settings)
+        return _simulate(model, reference, brain, seed, settings, progress)
+
+
+@contextmanager
+def _quiet_warnings() -> Iterator[None]:
+    """Keep MuJoCo from printing and logging to a file what a run reports as its end or as rejected samples."""
+    before = mujoco.get_mju_user_warning()
+    mujoco.set_mju_user_warning(lambda message: None)
+    try:
+        yield
+    finally:
+        mujoco.set_mju_user_warning(before)
 
 
 def _make_controller(

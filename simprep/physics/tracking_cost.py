@@ -10,6 +10,7 @@ from simprep.humanoid import BODIES
 from simprep.physics.reference import Reference
 
 _FEET = (BODIES.index("left_foot"), BODIES.index("right_foot"))
+_FOOT_BODIES = tuple(1 + foot for foot in _FEET)  # model body ids: the world is 0
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,7 @@ class CostWeights:
         spin: root angular velocity [s^2/rad^2].
         com_to_foot: COM relative to each foot, against the reference [1/m^2].
         foot_height: height of each foot [1/m^2].
+        foot_velocity: velocity of each foot, against sliding in stance [s^2/m^2].
         joint_velocity: hinge velocities [s^2/rad^2].
         effort: offsets themselves [1/rad^2].
         final: extra weight of the last instant, as a multiple of all others together.
@@ -37,6 +39,7 @@ class CostWeights:
     spin: float = 0.05
     com_to_foot: float = 30.0
     foot_height: float = 20.0
+    foot_velocity: float = 0.5
     joint_velocity: float = 0.005
     effort: float = 0.5
     final: float = 1.5
@@ -75,6 +78,9 @@ class TrackingCost:
         self._qpos, self._qvel = reference.qpos, np.ascontiguousarray(reference.qvel[:, qvel_index])
         self._xpos = reference.kinematics.xpos
         self._com = reference.kinematics.com
+        self._planner_dt = ratio * world_dt
+        feet = self._xpos[:, _FEET]
+        self._foot_velocity = np.gradient(feet, world_dt, axis=0)
         self._last = len(reference.qpos) - 1
 
     def evaluate(
@@ -108,6 +114,10 @@ class TrackingCost:
         foot = xpos[:, :, _FEET, :]
         target_foot = target_xpos[:, _FEET, :]
         com_foot = (com[:, :, None] - foot) - (target_com[:, None] - target_foot)
+        # backward difference over one planner step, as the reference's central one half a step earlier
+        before = record["xpos"][:, pick - 1][:, :, _FOOT_BODIES]
+        foot_velocity = (foot - before) / self._planner_dt
+        target_foot_velocity = self._foot_velocity[state - self._ratio - self._ratio // 2]
         qvel = record["qvel"][:, pick]
         target_qvel = self._qvel[state]
         quat_error = _rotation_error_squared(record["qpos"][:, pick, 3:7], self._qpos[state, 3:7])
@@ -120,6 +130,7 @@ class TrackingCost:
             + w.spin * _square(velocity_error[..., 3:6])
             + w.com_to_foot * np.mean(_square(com_foot), axis=2)
             + w.foot_height * np.mean((foot - target_foot)[..., 2] ** 2, axis=2)
+            + w.foot_velocity * np.mean(_square(foot_velocity - target_foot_velocity), axis=2)
             + w.joint_velocity * np.mean(velocity_error[..., 6:] ** 2, axis=2)
         )  # (n, t)
         return np.asarray(per_instant @ weight + w.effort * np.mean(theta**2, axis=(1, 2)))
