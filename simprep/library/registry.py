@@ -4,6 +4,9 @@ from collections.abc import Callable
 from functools import cache
 
 from simprep.errors import UnknownNameError
+from simprep.library.duck import duck
+from simprep.library.kick import front_kick_right
+from simprep.library.punch import cross_left, cross_right
 from simprep.library.stand import stand
 from simprep.library.walk import walk
 from simprep.motion.motion import Motion
@@ -11,6 +14,10 @@ from simprep.motion.motion import Motion
 _GENERATORS: dict[str, Callable[[], Motion]] = {
     "stand": stand,
     "walk": walk,
+    "punch_left": cross_left,
+    "punch_right": cross_right,
+    "kick_front": front_kick_right,
+    "duck": duck,
 }
 
 
