@@ -107,7 +107,7 @@ def film_strip(rows: Sequence[Row], settings: StripSettings | None = None) -> ND
         pen.text((column * settings.width_px + 6, bottom), f"{time:.2f} s", fill=FAINT, font=font)
     for name, time in settings.marks.items():
         column = int(np.argmin(np.abs(times - time)))
-        pen.text((column * settings.width_px + 64, bottom), name, fill=(170, 40, 30), font=font)
+        pen.text((column * settings.width_px + 56, bottom), f"{name} {time:.2f} s", fill=(170, 40, 30), font=font)
     return np.asarray(page)
 
 

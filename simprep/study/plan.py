@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.motion import Motion
 from simprep.physics.track import CONTROLLERS
-from simprep.preparation.scenario import ARMS
+from simprep.preparation.scenario import ARMS, AlphaProfile
 
 ARM_LABELS = {
     "none": "no preparation",
@@ -16,6 +16,9 @@ ARM_LABELS = {
 }
 DETERMINISTIC = ("pd",)
 """Controllers without random numbers: every seed gives the same run, so only the first seed is run."""
+
+QUICK_PROFILE = AlphaProfile(lead=0.5, rise=1.0, hold=0.8)
+"""Shorter than the preparation's default, so that the default study fits into five minutes."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,7 @@ class StudyPlan:
         arms: which of `ARMS`.
         controllers: which of `CONTROLLERS`.
         seeds: seeds of the random controllers; a deterministic one runs the first only.
+        profile: how the level of preparation rises; its own level is replaced by each of `alphas`.
 
     Raises:
         SettingError: something is empty or repeated, or a level outside 0 to 1.
@@ -76,6 +80,7 @@ class StudyPlan:
     arms: tuple[str, ...] = ARMS
     controllers: tuple[str, ...] = CONTROLLERS
     seeds: tuple[int, ...] = (0,)
+    profile: AlphaProfile = QUICK_PROFILE
 
     def __post_init__(self) -> None:
         names = tuple(target.name for target in self.targets)

@@ -1,7 +1,7 @@
 """Run a validation study: build every scenario, simulate every case, measure both."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -109,7 +109,7 @@ def launch_s(motion: Motion) -> float | None:
 def _build(study: Study, scenario: Scenario, folder: Path | None) -> None:
     plan = study.plan
     target = next(target for target in plan.targets if target.name == scenario.target)
-    motion = make_scenario(plan.locomotion, target, scenario.alpha, scenario.arm)
+    motion = make_scenario(plan.locomotion, target, replace(plan.profile, level=scenario.alpha), scenario.arm)
     study.kinematic[scenario] = evaluate_motion(motion)
     study.scenarios[scenario] = motion
     if folder is not None:

@@ -59,6 +59,7 @@ def plan_record(plan: StudyPlan, arguments: Sequence[str]) -> dict[str, Any]:
         "arms": plan.arms,
         "controllers": plan.controllers,
         "seeds": plan.seeds,
+        "profile": {"lead_s": plan.profile.lead, "rise_s": plan.profile.rise, "hold_s": plan.profile.hold},
         "deterministic_controllers": [name for name in plan.controllers if name in DETERMINISTIC],
         "paired_is": f"{WITH} minus {WITHOUT}, same target, level and seed; 95 % bootstrap interval of the median",
     }

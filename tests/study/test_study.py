@@ -21,8 +21,9 @@ def still(name):
     return Motion(np.repeat(standing_qpos()[None], FRAMES, axis=0), 30.0, np.ones((FRAMES, 2), bool), name=name)
 
 
-def fake_scenario(locomotion, target, alpha, arm, *args, **kwargs):
+def fake_scenario(locomotion, target, profile, arm, *args, **kwargs):
     """Bends backward by an amount that depends on arm and level; no preparation does not depend on the level."""
+    alpha = profile.level
     lean = {"none": 0.3, "traditional": 0.25 * alpha, "blended": 0.2 * alpha, "optimised": 0.09 * alpha}[arm]
     qpos = locomotion.qpos.copy()
     qpos[:, 7 + hinge_index("lumbar_flexion")] = -lean
