@@ -153,7 +153,8 @@ class _Stance:
         settings: FootholdSettings,
     ) -> None:
         self.points, self.centres, self.radii, self.settings = points, centres, radii, settings
-        heading, self.pitch, _ = np.moveaxis(Rotation.from_matrix(rotation).as_euler("ZYX"), -1, 0)
+        heading = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
+        self.pitch = np.arcsin(np.clip(-rotation[:, 2, 0], -1, 1))
         self.heading = np.unwrap(heading)
         height = points[..., 2] - points[..., 2].min(axis=-1, keepdims=True)
         self.weight = np.exp(-height / settings.softness)  # (n, 4) how much each point bears

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from simprep.errors import MotionFileError
+from simprep.errors import MotionError, MotionFileError
 from simprep.humanoid import DEFAULT_BODY, Body
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.motion import Motion
 
 READABLE = ".npz, .bvh, .amc (with its .asf), .txt or .json (DeepMimic)"
-MAX_FILE_BYTES = 400_000_000
+MAX_FILE_BYTES = 100_000_000
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,10 @@ def import_motion(
     joints = find_joints(path, clip.names, clip.parents, joint_map)
     source = normalise(clip, joints, fps, up, scale)
     targets = build_targets(source, joints, body)
-    placed = place_on_floor(targets, body)
+    try:
+        placed = place_on_floor(targets, body)
+    except MotionError as error:
+        raise MotionFileError(path, str(error)) from None
     motion = Motion(
         qpos=placed.qpos,
         fps=source.clip.fps,

@@ -24,6 +24,9 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "CMU (0.45 inch)": A
 """Metres per unit of lengths found in motion files."""
 LEG_RANGE_M = (0.55, 1.1)
 """Thigh plus shank of people: 0.55 m (a child of 1.2 m) to 1.1 m (2.2 m)."""
+FARTHEST_M = 10_000.0
+FASTEST = 50.0
+"""Speed of the root no person reaches [m/s]."""
 UP_ROTATIONS = {
     "z": np.eye(3),
     # y up, facing z (the usual in BVH): z becomes x, x becomes y
@@ -79,8 +82,8 @@ def normalise(
     if fps is not None and not (np.isfinite(fps) and MIN_FPS <= fps <= MAX_FPS):
         raise SettingError(f"frame rate {fps} 1/s; valid: {MIN_FPS:g} to {MAX_FPS:g}")
     warnings = list(clip.notes)
-    clip, inserted = _drop_inserted_pose(clip, joints, warnings)
     scale = _length_unit(clip, joints, scale, warnings)
+    clip, inserted = _drop_inserted_pose(clip, joints, warnings)
     up = _vertical(clip, joints, inserted, up, warnings)
     turn = UP_ROTATIONS[up]
     if clip.format == "DeepMimic" and up == "y":  # faces x, z to the right
@@ -102,6 +105,7 @@ def normalise(
         rest_rotations=turn @ clip.rest_rotations,
         step=None if clip.step is None else turn @ clip.step * scale,
     )
+    _check_travel(clip, joints)
     wanted = fps
     if wanted is None and clip.fps > WORKING_FPS * 1.001:
         # an integer fraction of the file's rate keeps original frames
@@ -110,6 +114,23 @@ def normalise(
     if wanted is not None and abs(wanted - clip.fps) > 1e-9:
         clip = _resample(clip, wanted)
     return Normalised(clip, reference, up, scale, tuple(warnings))
+
+
+def _check_travel(clip: SourceClip, joints: JointMap) -> None:
+    """Refuse roots that no person moves like: damaged numbers."""
+    root = clip.positions[:, joints.trunk[0]]
+    far = np.linalg.norm(root, axis=-1)
+    if far.max() > FARTHEST_M:
+        frame = int(np.argmax(far))
+        raise MotionFileError(
+            clip.path, f"frame {frame}: the root is {far[frame]:.3g} m from the origin; valid: up to {FARTHEST_M:g} m"
+        )
+    speed = np.linalg.norm(np.diff(root, axis=0), axis=-1) * clip.fps
+    if len(speed) and speed.max() > FASTEST:
+        frame = int(np.argmax(speed))
+        raise MotionFileError(
+            clip.path, f"frame {frame + 1}: the root jumps, at {speed[frame]:.3g} m/s; valid: up to {FASTEST:g} m/s"
+        )
 
 
 def _leg_length(positions: NDArray[np.float64], joints: JointMap) -> float:

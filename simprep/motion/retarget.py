@@ -161,7 +161,7 @@ def closed_form_pose(targets: Targets, frame: int, body: Body) -> NDArray[np.flo
     qpos[:3] = at["pelvis"]
     qpos[3:7] = Rotation.from_matrix(pelvis).as_quat(scalar_first=True)
     half = Rotation.from_rotvec(Rotation.from_matrix(pelvis.T @ thorax).as_rotvec() / 2)
-    flexion, bending, rotation = half.as_euler("YXZ")
+    flexion, bending, rotation = _euler_yxz(half.as_matrix())
 
     def put(name: str, angle: float) -> None:
         index = hinge_index(name)
@@ -183,12 +183,22 @@ def closed_form_pose(targets: Targets, frame: int, body: Body) -> NDArray[np.flo
             # x: where the limb folds to; of a straight limb, the parent's forward
             x = forward * (lower - down * (down @ lower)) if bend > 0.15 else parent[:, 0]
             limb = frame_from(np.cross(-down, x), -down)
-            flexion, abduction, rotation = Rotation.from_matrix(parent.T @ limb).as_euler("YXZ")
+            flexion, abduction, rotation = _euler_yxz(parent.T @ limb)
             put(f"{side}_{joint}_flexion", -flexion)
             put(f"{side}_{joint}_abduction", sign * abduction)
             put(f"{side}_{joint}_rotation", -sign * rotation)
             put(f"{side}_{'elbow' if joint == 'shoulder' else 'knee'}_flexion", max(bend, 0.1))
     return qpos
+
+
+def _euler_yxz(rotation: NDArray[np.float64]) -> tuple[float, float, float]:
+    """Angles of R = Ry Rx Rz, the order of our shoulders and hips; at the singularity some valid ones."""
+    middle = np.arcsin(np.clip(-rotation[1, 2], -1, 1))
+    return (
+        float(np.arctan2(rotation[0, 2], rotation[2, 2])),
+        float(middle),
+        float(np.arctan2(rotation[1, 0], rotation[1, 1])),
+    )
 
 
 def solve(

@@ -4,15 +4,18 @@ import json
 import os
 import tempfile
 import zipfile
+import zlib
 from pathlib import Path
 
 import numpy as np
 
-from simprep.errors import MotionError, MotionFileError
+from simprep.errors import MotionFileError, SimprepError
 from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, Body
 from simprep.motion.motion import Motion
 
 SCHEMA = "simprep.motion/1"
+MAX_BYTES = 300_000_000
+"""Largest motion read: about 14 hours at 30 frames/s."""
 
 
 def save_motion(motion: Motion, path: str | Path) -> Path:
@@ -64,6 +67,10 @@ def read_motion(path: str | Path) -> Motion:
     """
     path = Path(path)
     try:
+        with zipfile.ZipFile(path) as parts:
+            unpacked = sum(part.file_size for part in parts.infolist())
+        if unpacked > MAX_BYTES:
+            raise MotionFileError(path, f"{unpacked // 10**6} MB unpacked; valid: up to {MAX_BYTES // 10**6} MB")
         with np.load(path, allow_pickle=False) as archive:
             if "header" not in archive:
                 raise MotionFileError(path, f"not a simprep motion (no 'header' entry; schema {SCHEMA} expected)")
@@ -87,9 +94,21 @@ def read_motion(path: str | Path) -> Motion:
                 loop=bool(header["loop"]),
                 body=Body(header["height_m"], header["mass_kg"]),
             )
+    except MotionFileError:
+        raise
     except FileNotFoundError:
         raise MotionFileError(path, "no such file") from None
-    except MotionError as error:
+    except SimprepError as error:
         raise MotionFileError(path, str(error)) from None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile) as error:
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        EOFError,
+        MemoryError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
         raise MotionFileError(path, f"not a readable .npz motion ({type(error).__name__}: {error})") from None

@@ -18,7 +18,10 @@ from simprep.motion.motion import Motion
 CLIPS = (
     *(f"deepmimic/humanoid3d_{name}.txt" for name in ("walk", "run", "punch", "kick", "jump", "crawl")),
     *(f"cmu/asfamc/02_0{take}.amc" for take in (1, 3, 4, 5)),
-    *(f"cmu/bvh/{take}.bvh" for take in ("002_01", "002_02", "002_03", "002_04", "002_05", "003_01", "007_01", "007_04")),
+    *(
+        f"cmu/bvh/{take}.bvh"
+        for take in ("002_01", "002_02", "002_03", "002_04", "002_05", "003_01", "007_01", "007_04")
+    ),
     *(
         f"bandai-namco/{name}_normal_001.bvh"
         for name in ("walk", "walk-left", "walk-right", "walk-back", "run", "punch", "kick")
@@ -69,7 +72,9 @@ def test_every_clip_meets_the_bars(load, name: str) -> None:
 def test_stance_feet_of_gait_stand_still(load, name: str) -> None:
     motion = load(name)[0].motion
     points = forward_kinematics(motion.qpos).foot_points
-    drift = [stance_drift(points[first:after, side]) for side in (0, 1) for first, after in stances(motion.contacts[:, side])]
+    drift = [
+        stance_drift(points[first:after, side]) for side in (0, 1) for first, after in stances(motion.contacts[:, side])
+    ]
     assert np.median(drift) < 0.005
     # a few stances of walking sideways turn on the foot
     assert np.mean(np.array(drift) < 0.005) >= (0.6 if "left" in name or "right" in name else 0.99)

@@ -7,6 +7,8 @@ Our joint of a bone is its beginning: its orientation is the bone's.
 """
 
 import re
+from array import array
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -15,7 +17,7 @@ from numpy.typing import NDArray
 
 from simprep.errors import MotionFileError
 from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, axis_rotation, forward
-from simprep.motion.formats.text import number, read_text
+from simprep.motion.formats.text import lines_of, number, open_text
 
 DEFAULT_FPS = 120.0
 """AMC files do not state their frame rate; CMU's, the usual source, are 120 frames/s."""
@@ -59,7 +61,7 @@ def read_acclaim(path: Path) -> SourceClip:
     skeleton_path = find_skeleton(path)
     skeleton = _read_skeleton(skeleton_path)
     names, parents = _tree(skeleton_path, skeleton)
-    frames, degrees, rate = _read_motion(path, skeleton)
+    frames, degrees = _read_motion(path, skeleton)
     factor = np.pi / 180 if degrees else 1.0
     count = len(next(iter(frames.values())))
     if count * len(names) * 9 > MAX_VALUES:
@@ -92,13 +94,13 @@ def read_acclaim(path: Path) -> SourceClip:
     positions += place[:, None]
     identity = np.tile(np.eye(3), (1, len(names), 1, 1))
     rest, _ = forward(parents, offsets, identity)
-    notes = [f"skeleton: {skeleton_path.name}"]
-    if rate is None:
-        rate = DEFAULT_FPS
-        notes.append(f"AMC files state no frame rate: taken as {DEFAULT_FPS:g} frames/s, CMU's")
+    notes = (
+        f"skeleton: {skeleton_path.name}",
+        f"AMC files state no frame rate: taken as {DEFAULT_FPS:g} frames/s, CMU's",
+    )
     return SourceClip(
         path=path, format="Acclaim", names=names, parents=parents, positions=positions, rotations=rotations,
-        rest_positions=rest[0], rest_rotations=identity[0], fps=rate, unit_m=skeleton.unit_m, notes=tuple(notes),
+        rest_positions=rest[0], rest_rotations=identity[0], fps=DEFAULT_FPS, unit_m=skeleton.unit_m, notes=notes,
     )  # fmt: skip
 
 
@@ -124,14 +126,12 @@ def find_skeleton(path: Path) -> Path:
     )
 
 
-def _lines(path: Path, what: str) -> list[tuple[int, list[str]]]:
-    text = read_text(path, what)
-    out = []
-    for index, line in enumerate(text.splitlines()):
-        tokens = line.split("#")[0].split()
-        if tokens:
-            out.append((index + 1, tokens))
-    return out
+def _lines(path: Path, what: str) -> Iterator[tuple[int, list[str]]]:
+    with open_text(path, what) as stream:
+        for line, text in lines_of(path, stream):
+            tokens = text.split("#")[0].split()
+            if tokens:
+                yield line, tokens
 
 
 def _read_skeleton(path: Path) -> _Skeleton:
@@ -280,66 +280,48 @@ def _tree(path: Path, skeleton: _Skeleton) -> tuple[tuple[str, ...], NDArray[np.
     return tuple(names_out), np.array(parents, dtype=np.intp)
 
 
-def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, NDArray[np.float64]], bool, float | None]:
-    """Values of every bone (T, dofs), whether they are degrees, and the frame rate if a comment states it."""
+def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, NDArray[np.float64]], bool]:
+    """Values of every bone (T, dofs), and whether they are degrees."""
     widths = {name: len(bone.dofs) for name, bone in skeleton.bones.items()}
     widths["root"] = len(skeleton.order)
     degrees = skeleton.degrees
-    values: dict[str, list[list[str]]] = {}
-    lines_of: dict[str, list[int]] = {}
-    frames, here, began = 0, set[str](), False
+    values: dict[str, array[float]] = {}
+    frames, here = 0, set[str]()
     for line, tokens in _lines(path, "an Acclaim motion (.amc)"):
         key = tokens[0]
         if key.startswith(":"):
             if key.upper() in (":DEGREES", ":RADIANS"):
                 degrees = key.upper() == ":DEGREES"
-            continue
-        if len(tokens) == 1 and key.lstrip("-").isdigit():
-            if began and frames and values and len(here) < len(values):
+        elif len(tokens) == 1 and key.lstrip("-").isdigit():
+            if frames and len(here) < max(1, len(values)):
                 raise _incomplete(path, frames, here, values, line)
-            if int(key) < 0:
-                raise MotionFileError(path, f"frame number {key}; valid: 1 or more", line)
-            frames, here, began = frames + 1, set(), True
-            continue
-        if not began:
+            if len(key) > 9 or int(key) < 0:
+                raise MotionFileError(path, f"frame number {key[:20]}; valid: 1 or more", line)
+            frames, here = frames + 1, set()
+        elif not frames:
             raise MotionFileError(path, f"{key[:40]!r} before the first frame number", line)
-        if key not in widths:
+        elif key not in widths:
             shown = ", ".join(list(widths)[:12])
             raise MotionFileError(path, f"bone {key[:40]!r}, which the skeleton lacks; it has {shown}, ...", line)
-        if len(tokens) - 1 != widths[key]:
+        elif len(tokens) - 1 != widths[key]:
             raise MotionFileError(path, f"{len(tokens) - 1} values of {key!r}; valid: {widths[key]}", line)
-        if key in here:
+        elif key in here:
             raise MotionFileError(path, f"bone {key!r} twice in a frame", line)
-        if frames > 1 and key not in values:
+        elif frames > 1 and key not in values:
             raise MotionFileError(path, f"bone {key!r} in frame {frames} but not in the first", line)
-        here.add(key)
-        values.setdefault(key, []).append(tokens[1:])
-        lines_of.setdefault(key, []).append(line)
+        else:
+            here.add(key)
+            row = values.setdefault(key, array("d"))
+            row.extend(number(path, token, f"a value of {key!r}", line) for token in tokens[1:])
     if not frames or not values:
         raise MotionFileError(path, "no frames")
     if len(here) < len(values):
         raise _incomplete(path, frames, here, values, None)
     if "root" not in values:
         raise MotionFileError(path, "no values of the root")
-    out = {}
-    for name, rows in values.items():
-        try:
-            out[name] = np.array(rows, dtype=np.float64)
-        except ValueError:
-            for row, line in zip(rows, lines_of[name]):
-                for token in row:
-                    number(path, token, f"a value of {name!r}", line)
-            raise
-        bad = np.flatnonzero(~np.isfinite(out[name]).all(axis=1))
-        if len(bad):
-            raise MotionFileError(path, f"NaN or infinity among the values of {name!r}", lines_of[name][bad[0]])
-        if np.abs(out[name]).max() > 1e6:
-            raise MotionFileError(path, f"values of {name!r} beyond 1e6", lines_of[name][0])
-    return out, degrees, None
+    return {name: np.array(row).reshape(frames, widths[name]) for name, row in values.items()}, degrees
 
 
-def _incomplete(
-    path: Path, frame: int, here: set[str], values: dict[str, list[list[str]]], line: int | None
-) -> MotionFileError:
-    missing = [name for name in values if name not in here]
+def _incomplete(path: Path, frame: int, here: set[str], names: Iterable[str], line: int | None) -> MotionFileError:
+    missing = [name for name in names if name not in here] or ["any bone"]
     return MotionFileError(path, f"frame {frame} has no values of {missing[0]!r} (truncated?)", line)

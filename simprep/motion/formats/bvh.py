@@ -1,6 +1,7 @@
 """Biovision BVH files: a joint hierarchy with channels, then one line of numbers per frame."""
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from simprep.errors import MotionFileError
 from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, axis_rotation, forward, tidy_fps
-from simprep.motion.formats.text import number, numbers, read_text
+from simprep.motion.formats.text import lines_of, number, numbers, open_text
 
 MAX_JOINTS = 2000
 _CHANNELS = {f"{axis}{kind}": (kind, axis) for axis in "xyz" for kind in ("position", "rotation")}
@@ -39,30 +40,29 @@ def read_bvh(path: Path) -> SourceClip:
     Raises:
         MotionFileError: anything malformed, with the line.
     """
-    lines = read_text(path, "a BVH file").splitlines()
-    joints, at = _hierarchy(path, lines)
-    count, frame_time, at = _motion_header(path, lines, at)
-    columns = sum(len(joint.channels) for joint in joints)
-    if columns == 0:
-        raise MotionFileError(path, "no joint has channels")
-    if count * max(columns, 9 * len(joints)) > MAX_VALUES:
-        raise MotionFileError(path, f"{count} frames of {len(joints)} joints declared: more than can be imported")
-    values = numbers(path, lines[at:], at + 1, columns)
-    if len(values) != count:
-        raise MotionFileError(path, f"{count} frames declared, {len(values)} present")
+    with open_text(path, "a BVH file") as stream:
+        lines = lines_of(path, stream)
+        joints = _hierarchy(path, lines)
+        count, frame_time, line = _motion_header(path, lines)
+        columns = sum(len(joint.channels) for joint in joints)
+        if columns == 0:
+            raise MotionFileError(path, "no joint has channels")
+        if count * max(columns, 9 * len(joints)) > MAX_VALUES:
+            raise MotionFileError(path, f"{count} frames of {len(joints)} joints declared: more than can be imported")
+        values = numbers(path, stream.read(), line + 1, columns, count)
     return _clip(path, joints, values, tidy_fps(1 / frame_time))
 
 
-def _hierarchy(path: Path, lines: list[str]) -> tuple[list[_Joint], int]:
-    """Joints in file order, and the index of the line after MOTION; a loop, so that depth costs nothing."""
+def _hierarchy(path: Path, lines: Iterator[tuple[int, str]]) -> list[_Joint]:
+    """Joints in file order, with MOTION read; a loop, so that depth costs nothing."""
     joints: list[_Joint] = []
     stack: list[int] = []
     seen: set[str] = set()
     pending: _Joint | None = None
     started = False
-    for index, text in enumerate(lines):
+    line = 0
+    for line, text in lines:
         tokens = text.replace("{", " { ").replace("}", " } ").split()
-        line = index + 1
         while tokens:
             word = tokens.pop(0)
             key = word.upper()
@@ -113,11 +113,11 @@ def _hierarchy(path: Path, lines: list[str]) -> tuple[list[_Joint], int]:
                 if stack or pending is not None or not joints:
                     where = joints[stack[-1]].name if stack else "the hierarchy"
                     raise MotionFileError(path, f"MOTION before the '}}' of {where!r}", line)
-                return joints, index + 1
+                return joints
             else:
                 valid = "ROOT, JOINT, End Site, OFFSET, CHANNELS, braces, MOTION"
                 raise MotionFileError(path, f"unknown word {word[:40]!r}; valid: {valid}", line)
-    raise MotionFileError(path, "no MOTION section (truncated?)" if started else "empty; valid: a BVH file", len(lines))
+    raise MotionFileError(path, "no MOTION section (truncated?)" if started else "empty; valid: a BVH file", line)
 
 
 def _finish(path: Path, joint: _Joint, line: int) -> None:
@@ -147,16 +147,19 @@ def _channels(path: Path, joint: _Joint, tokens: list[str], line: int) -> list[s
     return tokens[1 + int(count) :]
 
 
-def _motion_header(path: Path, lines: list[str], at: int) -> tuple[int, float, int]:
+def _motion_header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[int, float, int]:
+    """Number of frames, frame time [s], and the line that stated it."""
     count: int | None = None
-    for index in range(at, len(lines)):
-        text = lines[index].strip()
+    line = 0
+    for line, whole in lines:
+        text = whole.strip()
         if not text:
             continue
-        line = index + 1
         key, _, value = text.partition(":")
         key = " ".join(key.lower().split())
         if key == "frames":
+            if value.strip().isdigit() and int(value) > MAX_VALUES:
+                raise MotionFileError(path, f"{value.strip()} frames declared: more than can be imported", line)
             declared = number(path, value.strip() or "nothing", "the number of frames", line)
             if declared != int(declared) or declared < 1:
                 raise MotionFileError(path, f"{value.strip()} frames; valid: a whole number, 1 or more", line)
@@ -169,10 +172,10 @@ def _motion_header(path: Path, lines: list[str], at: int) -> tuple[int, float, i
                 )
             if count is None:
                 raise MotionFileError(path, "'Frame Time:' before 'Frames:'", line)
-            return count, frame_time, index + 1
+            return count, frame_time, line
         else:
             raise MotionFileError(path, f"{text[:40]!r} found; valid: 'Frames:' then 'Frame Time:'", line)
-    raise MotionFileError(path, "no 'Frames:' and 'Frame Time:' after MOTION (truncated?)", len(lines))
+    raise MotionFileError(path, "no 'Frames:' and 'Frame Time:' after MOTION (truncated?)", line or None)
 
 
 def _clip(path: Path, joints: list[_Joint], values: NDArray[np.float64], fps: float) -> SourceClip:

@@ -55,6 +55,8 @@ def read_deepmimic(path: Path) -> SourceClip:
         bad = int(np.flatnonzero(step_s <= 0)[0])
         raise MotionFileError(path, f"frame {bad} has duration {step_s[bad]:g} s; valid: above 0")
     dt = float(np.median(step_s))
+    if not 1e-3 <= dt <= 1:
+        raise MotionFileError(path, f"frame duration {dt:g} s; valid: 0.001 to 1")
     if np.abs(step_s - dt).max() > 0.05 * dt:
         frames = _uniform(frames, dt)
         notes.append(f"frame durations vary ({step_s.min():g} to {step_s.max():g} s): resampled to {dt:g} s")

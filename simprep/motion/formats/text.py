@@ -1,15 +1,22 @@
-"""Reading text and blocks of numbers fast, with the line of the first wrong one."""
+"""Reading text line by line and blocks of numbers fast, with the line of the first wrong one."""
 
+import warnings
+from collections.abc import Iterator
 from pathlib import Path
+from typing import TextIO
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simprep.errors import MotionFileError
 
+MAX_LINE = 100_000
+LARGEST = 1e8
+"""Numbers beyond this in a motion file are damage, whatever the unit."""
 
-def read_text(path: Path, what: str) -> str:
-    """The file as text.
+
+def open_text(path: Path, what: str) -> TextIO:
+    """Open a text file for reading.
 
     Args:
         path: the file.
@@ -19,61 +26,79 @@ def read_text(path: Path, what: str) -> str:
         MotionFileError: unreadable, empty or binary.
     """
     try:
-        content = path.read_bytes()
+        with path.open("rb") as stream:
+            head = stream.read(4096)
+        if not head.strip():
+            raise MotionFileError(path, f"empty; valid: {what}")
+        if b"\0" in head:
+            raise MotionFileError(path, f"a binary file; valid: {what}")
+        return path.open(encoding="utf-8", errors="replace")
     except OSError as error:
         raise MotionFileError(path, f"cannot be read ({error.strerror})") from None
-    if not content.strip():
-        raise MotionFileError(path, f"empty; valid: {what}")
-    if b"\0" in content[:4096]:
-        raise MotionFileError(path, f"a binary file; valid: {what}")
-    return content.decode("utf-8", errors="replace")
+
+
+def lines_of(path: Path, stream: TextIO, first: int = 1) -> Iterator[tuple[int, str]]:
+    """Line numbers, counted from `first`, and lines; nothing is kept in memory.
+
+    Raises:
+        MotionFileError: a line longer than any of a motion file.
+    """
+    line = first
+    while text := stream.readline(MAX_LINE):
+        if len(text) >= MAX_LINE:
+            raise MotionFileError(path, f"a line of {MAX_LINE} characters or more", line)
+        yield line, text
+        line += 1
 
 
 def number(path: Path, token: str, what: str, line: int | None) -> float:
     """One finite number.
 
     Raises:
-        MotionFileError: not a number, NaN or infinite.
+        MotionFileError: not a number, NaN, infinite or beyond `LARGEST`.
     """
     try:
         value = float(token)
     except ValueError:
         raise MotionFileError(path, f"{what} is {token[:40]!r}; valid: a number", line) from None
-    if not np.isfinite(value):
-        raise MotionFileError(path, f"{what} is {token[:40]!r}; valid: a finite number", line)
+    if not np.isfinite(value) or abs(value) > LARGEST:
+        raise MotionFileError(path, f"{what} is {token[:40]!r}; valid: a finite number up to {LARGEST:g}", line)
     return value
 
 
-def numbers(path: Path, lines: list[str], first_line: int, columns: int) -> NDArray[np.float64]:
-    """Rows of numbers.
+def numbers(path: Path, block: str, first_line: int, columns: int, rows: int) -> NDArray[np.float64]:
+    """A block of rows of numbers.
 
     Args:
         path: the file, for messages.
-        lines: one row each; blank lines are passed over.
+        block: the text, one row in a line.
         first_line: line number of the first.
         columns: numbers in every row.
+        rows: how many rows there should be.
 
     Returns:
         (rows, columns).
 
     Raises:
-        MotionFileError: naming the first line with the wrong count, or with a value that is no finite number.
+        MotionFileError: another number of rows; or naming the first line with the wrong count, or with a value that is
+            no number (or NaN, infinite, beyond `LARGEST`).
     """
-    rows = [(row, text) for row, text in enumerate(lines) if text.strip()]
-    for row, text in rows:
-        if len(text.split()) != columns:
-            raise MotionFileError(
-                path, f"{len(text.split())} values in a frame; valid: {columns}, one for each channel", first_line + row
-            )
-    tokens = " ".join(text for _, text in rows).split()
-    try:
-        values = np.array(tokens, dtype=np.float64).reshape(-1, columns)
-    except ValueError:
-        for row, text in rows:
-            for token in text.split():
-                number(path, token, "a channel value", first_line + row)
-        raise
-    bad = np.flatnonzero(~np.isfinite(values).all(axis=1))
-    if len(bad):
-        raise MotionFileError(path, "NaN or infinity among the channel values", first_line + rows[bad[0]][0])
-    return values
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        try:
+            values = np.fromstring(block, dtype=np.float64, sep=" ")
+        except (DeprecationWarning, ValueError):  # something that is no number
+            values = np.empty(0)
+    if values.size == rows * columns and (np.abs(values) <= LARGEST).all():
+        return values.reshape(rows, columns)
+    present = 0
+    for index, text in enumerate(block.splitlines()):
+        tokens = text.split()
+        if not tokens:
+            continue
+        for token in tokens:
+            number(path, token, "a channel value", first_line + index)
+        if len(tokens) != columns:
+            raise MotionFileError(path, f"{len(tokens)} values in a frame; valid: {columns}", first_line + index)
+        present += 1
+    raise MotionFileError(path, f"{rows} frames declared, {present} present")
