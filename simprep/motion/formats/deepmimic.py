@@ -35,6 +35,7 @@ _JOINTS = (
     ("left_wrist", 13, (0.0, -0.258947, 0.0), 0),
 )
 FRAME_LENGTH = 4 + sum(values for *_, values in _JOINTS)
+MAX_JSON_BYTES = 20_000_000
 SEAM_S = 0.3
 """Time over which each end of a cyclic clip is eased so that the last frame leads into the first [s]."""
 
@@ -95,6 +96,8 @@ def read_deepmimic(path: Path) -> SourceClip:
 
 
 def _parse(path: Path) -> tuple[NDArray[np.float64], bool, list[str]]:
+    if path.stat().st_size > MAX_JSON_BYTES:
+        raise MotionFileError(path, f"larger than {MAX_JSON_BYTES // 10**6} MB, which no clip of this format is")
     try:
         content: Any = json.loads(path.read_text(encoding="utf-8"))
     except UnicodeDecodeError:

@@ -89,16 +89,44 @@ def numbers(path: Path, block: str, first_line: int, columns: int, rows: int) ->
             values = np.fromstring(block, dtype=np.float64, sep=" ")
         except (DeprecationWarning, ValueError):  # something that is no number
             values = np.empty(0)
-    if values.size == rows * columns and (np.abs(values) <= LARGEST).all():
-        return values.reshape(rows, columns)
+    if values.size == rows * columns:
+        good = np.abs(values) <= LARGEST
+        if good.all():
+            return values.reshape(rows, columns)
+        bad = int(np.argmin(good))
+        line = _line_of_row(block, first_line, bad // columns)
+        raise MotionFileError(
+            path, f"a channel value is {values[bad]:g}; valid: a finite number up to {LARGEST:g}", line
+        )
     present = 0
-    for index, text in enumerate(block.splitlines()):
+    for index, text in enumerate(_each_line(block)):
         tokens = text.split()
         if not tokens:
             continue
-        for token in tokens:
-            number(path, token, "a channel value", first_line + index)
+        if not values.size or len(tokens) != columns:
+            for token in tokens:
+                number(path, token, "a channel value", first_line + index)
         if len(tokens) != columns:
             raise MotionFileError(path, f"{len(tokens)} values in a frame; valid: {columns}", first_line + index)
         present += 1
     raise MotionFileError(path, f"{rows} frames declared, {present} present")
+
+
+def _each_line(block: str) -> Iterator[str]:
+    """Lines of a block one by one, without a second copy of it."""
+    start = 0
+    while start < len(block):
+        end = block.find("\n", start)
+        end = len(block) if end < 0 else end
+        yield block[start:end]
+        start = end + 1
+
+
+def _line_of_row(block: str, first_line: int, row: int) -> int:
+    """Line number of a row, blank lines not being rows."""
+    rows = -1
+    for index, text in enumerate(_each_line(block)):
+        rows += bool(text.strip())
+        if rows == row:
+            return first_line + index
+    return first_line
