@@ -1,5 +1,6 @@
 """Reading text line by line and blocks of numbers fast, with the line of the first wrong one."""
 
+import re
 import warnings
 from collections.abc import Iterator
 from pathlib import Path
@@ -98,6 +99,11 @@ def numbers(path: Path, block: str, first_line: int, columns: int, rows: int) ->
         raise MotionFileError(
             path, f"a channel value is {values[bad]:g}; valid: a finite number up to {LARGEST:g}", line
         )
+    strange = re.search(r"[^0-9eE+\-.\s]", block)  # fast where the file is large
+    if strange:
+        start, end = block.rfind("\n", 0, strange.start()) + 1, block.find("\n", strange.end())
+        for token in block[start : end if end >= 0 else None].split():
+            number(path, token, "a channel value", first_line + block.count("\n", 0, strange.start()))
     present = 0
     for index, text in enumerate(_each_line(block)):
         tokens = text.split()
