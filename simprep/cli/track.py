@@ -114,14 +114,13 @@ class Track:
 
 def _strip(run: Any, folder: Path, output: Output) -> list[Path]:
     from simprep.errors import MissingExtraError
-    from simprep.report.film_strip import Row, StripSettings, save_film_strip
+    from simprep.report.film_strip import Row, save_film_strip
     from simprep.report.gl import NoGlError
 
     note = "" if run.end == "done" else f"{run.end} at {run.end_s:.2f} s"
     rows = [Row("reference", run.reference), Row(f"simulated, {run.controller}", run.simulated_motion(), note)]
     try:
-        span = (0.0, run.reference.duration)
-        return [save_film_strip(rows, folder / "strip.png", StripSettings(span_s=span))]
+        return [save_film_strip(rows, folder / "strip.png")]
     except (NoGlError, MissingExtraError) as problem:
         output.warn(f"no film strip: {problem}")
         return []

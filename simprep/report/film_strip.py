@@ -39,10 +39,10 @@ class StripSettings:
     """Layout and camera of a strip.
 
     Attributes:
-        columns: pictures per row, evenly spaced in time over `span_s`.
+        columns: pictures per row, evenly spaced over the longest motion, where `times_s` says nothing else.
         width_px: width of one picture.
         height_px: height of one picture.
-        span_s: first and last instant [s]; None for the longest motion, whole.
+        times_s: instants of the pictures [s], one column each; None for evenly spaced ones.
         azimuth_deg: camera direction: 90 looks along y, so that a character walking along x walks to the right;
             a little more shows its front.
         elevation_deg: camera elevation, negative looks down.
@@ -52,9 +52,9 @@ class StripSettings:
     """
 
     columns: int = 9
-    width_px: int = 180
+    width_px: int = 196
     height_px: int = 216
-    span_s: tuple[float, float] | None = None
+    times_s: tuple[float, ...] | None = None
     azimuth_deg: float = 112.0
     elevation_deg: float = -9.0
     extent_m: float = 2.35
@@ -75,18 +75,19 @@ def film_strip(rows: Sequence[Row], settings: StripSettings | None = None) -> ND
     Raises:
         NoGlError: nothing can draw off screen here.
         MissingExtraError: pillow is not installed.
-        SettingError: no rows, or fewer than 2 columns.
+        SettingError: no rows, or fewer than 2 pictures a row.
     """
     settings = settings or StripSettings()
     if not rows:
         raise SettingError("a film strip of no rows; valid: 1 or more")
-    if settings.columns < 2:
-        raise SettingError(f"a film strip of {settings.columns} columns; valid: 2 or more")
+    times = np.linspace(0.0, max(row.motion.duration for row in rows), settings.columns)
+    if settings.times_s is not None:
+        times = np.array(settings.times_s, dtype=np.float64)
+    if len(times) < 2:
+        raise SettingError(f"a film strip of {len(times)} columns; valid: 2 or more")
     image_module, draw_module, font = _pillow()
-    first, last = settings.span_s or (0.0, max(row.motion.duration for row in rows))
-    times = np.linspace(first, last, settings.columns)
     row_px = HEADER_PX + settings.height_px
-    page = image_module.new("RGB", (settings.columns * settings.width_px, len(rows) * row_px + HEADER_PX), "white")
+    page = image_module.new("RGB", (len(times) * settings.width_px, len(rows) * row_px + HEADER_PX), "white")
     pen = draw_module.Draw(page)
     for index, row in enumerate(rows):
         top = index * row_px

@@ -82,9 +82,9 @@ def _draw_plots(study: Study, target: str, alpha: float, folder: Path) -> list[P
 def _draw_strips(study: Study, target: str, alpha: float, folder: Path) -> list[Path]:
     arms = {arm: Scenario(target, alpha, arm) for arm in study.plan.arms}
     motions = {arm: study.scenarios[scenario] for arm, scenario in arms.items()}
-    launches = [launch for motion in motions.values() if (launch := launch_s(motion)) is not None]
-    longest = max(motion.duration for motion in motions.values())
-    settings = StripSettings(span_s=(0.0, longest), marks={"launch": max(launches)} if launches else {})
+    last = motions[study.plan.arms[-1]]
+    marks = {name: last.events[name] / last.fps for name in ("launch", "impact") if name in last.events}
+    settings = StripSettings(times_s=_instants(last), marks=marks)
     files = [
         save_film_strip(
             [Row(ARM_LABELS[arm], motion) for arm, motion in motions.items()], folder / f"strip_{target}.png", settings
@@ -118,6 +118,18 @@ def draw_blending_curves(folder: Path) -> Path:
     }
     constants = {"upper body": DEFAULT_SETTINGS.curvature_upper, "lower body": DEFAULT_SETTINGS.curvature_lower}
     return plot_blending_curves(curves, constants, folder / "blending_curves.png")
+
+
+def _instants(motion: Motion) -> tuple[float, ...]:
+    """Nine instants that show the launch and, where the target has one, the impact."""
+    end, launch = motion.duration, launch_s(motion)
+    if launch is None or not 0 < launch < end:
+        return tuple(float(time) for time in np.linspace(0, end, 9))
+    impact = motion.events.get("impact", 0) / motion.fps
+    after = [launch, (launch + impact) / 2, impact, (impact + end) / 2, end]
+    if not launch < impact < end:
+        after = [float(time) for time in np.linspace(launch, end, 5)]
+    return (*(float(time) for time in np.linspace(0, launch, 5)), *after[1:])
 
 
 def _moments(motion: Motion) -> list[int]:
