@@ -12,12 +12,17 @@ _EXPORTS = {
     "Body": "simprep.humanoid",
     "Motion": "simprep.motion.motion",
     "PreparationSettings": "simprep.preparation.settings",
+    "Run": "simprep.physics.run",
     "SimprepError": "simprep.errors",
+    "evaluate_motion": "simprep.metrics.evaluate",
+    "evaluate_run": "simprep.metrics.evaluate",
     "library_motion": "simprep.library.registry",
     "library_names": "simprep.library.registry",
     "load_motion": "simprep.motion.load",
     "prepare": "simprep.preparation.prepare",
     "save_motion": "simprep.motion.store",
+    "scenario": "simprep.preparation.scenario",
+    "track": "simprep.physics.track",
 }
 
 __all__ = ["__version__", *_EXPORTS]
