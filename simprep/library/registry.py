@@ -4,7 +4,9 @@ from collections.abc import Callable
 from functools import cache
 
 from simprep.errors import UnknownNameError
+from simprep.library.crawl import crawl
 from simprep.library.duck import duck
+from simprep.library.jump import jump
 from simprep.library.kick import front_kick_right
 from simprep.library.punch import cross_left, cross_right
 from simprep.library.stand import stand
@@ -17,7 +19,9 @@ _GENERATORS: dict[str, Callable[[], Motion]] = {
     "punch_left": cross_left,
     "punch_right": cross_right,
     "kick_front": front_kick_right,
+    "crawl": crawl,
     "duck": duck,
+    "jump": jump,
 }
 
 

@@ -1,0 +1,148 @@
+"""Crawling under a bar: down into a deep crouch with the trunk level, short low steps, and up again.
+
+This is the two-footed crawl-under (a bar at about 1 m), not hands and knees: the hands hang before the shins and help to balance. The
+crouch goes about as low as the ankles allow with flat feet. Key values are set by hand; COM and footsteps obey the cart-table model.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.library.curves import Curve, key_curve
+from simprep.library.feet import FootPath, Stance, ankle_height
+from simprep.library.limbs import SIGNS
+from simprep.library.target import (
+    HANGING,
+    ArmKey,
+    ArmPose,
+    Target,
+    arm_keys,
+    between,
+    build_target,
+    curve,
+    degrees_curve,
+    support_point,
+)
+from simprep.motion.motion import Motion
+
+READY_S, TARGET_S, DOWN_S = 0.70, 0.90, 1.65
+UPRIGHT_M, READY_M = 0.99, 0.93
+
+
+@dataclass(frozen=True)
+class CrawlStyle:
+    """Parameters of a crawl.
+
+    Attributes:
+        steps: number of steps, the last of which closes the feet.
+        step_length: how far a foot passes the other [m].
+        step_time: from lift to lift [s].
+        swing_time: lift to landing [s].
+        step_width: between the ankles [m].
+        clearance: height of the ankle's rise in a step [m].
+        com_height: in the crouch [m].
+    """
+
+    steps: int = 7
+    step_length: float = 0.18
+    step_time: float = 0.50
+    swing_time: float = 0.34
+    step_width: float = 0.24
+    clearance: float = 0.07
+    com_height: float = 0.66
+
+
+def crawl(style: CrawlStyle | None = None) -> Motion:
+    """A crawl under a bar along x, right foot first.
+
+    Args:
+        style: its parameters.
+    """
+    style = style or CrawlStyle()
+    lifts = [DOWN_S - 0.05 + style.step_time * number for number in range(style.steps)]
+    up = lifts[-1] + style.swing_time + 0.05
+    stand = up + 0.85
+    end = stand + 0.45
+    stances = _stances(lifts, end, style)
+    feet = (_foot("left", stances["left"], style), _foot("right", stances["right"], style))
+    upright: dict[str, float] = {}
+    ready = {"lumbar_flexion": 14, "thorax_flexion": 12, "neck_flexion": -22}
+    low = {"lumbar_flexion": 25, "thorax_flexion": 18, "neck_flexion": -42, "head_flexion": -14}
+    return build_target(
+        Target(
+            name="crawl",
+            duration=end,
+            feet=feet,
+            pressure=_pressure(lifts, stances, end, style),
+            com_height=curve(
+                (0.1, UPRIGHT_M), (READY_S, READY_M), (TARGET_S, READY_M), (DOWN_S, style.com_height), (up, style.com_height),
+                (stand, UPRIGHT_M),
+            ),
+            trunk=[
+                (0.1, upright), (READY_S, ready), (TARGET_S, ready), (DOWN_S, low), (up, low), (stand, upright),
+            ],
+            pitch=degrees_curve((0.1, 0), (READY_S, 14), (TARGET_S, 14), (DOWN_S, 50), (up, 50), (stand, 0)),
+            yaw=_sway(lifts, up, 5.0),
+            arms=(_arm(0, lifts, up, stand), _arm(1, lifts, up, stand)),
+            events={"target": TARGET_S, "low": DOWN_S, "rise": up},
+        )
+    )  # fmt: skip
+
+
+def _stances(lifts: list[float], end: float, style: CrawlStyle) -> dict[str, list[Stance]]:
+    beside = {side: SIGNS[side] * style.step_width / 2 for side in ("left", "right")}
+    toe_out = np.radians(12)
+    current = {side: (0.0, 0.0) for side in ("left", "right")}  # start time, x
+    out: dict[str, list[Stance]] = {"left": [], "right": []}
+    for number, lift in enumerate(lifts):
+        side = ("right", "left")[number % 2]
+        start, x = current[side]
+        out[side].append(Stance(start, lift, x, beside[side], toe_out))
+        closing = number == len(lifts) - 1
+        ahead = style.step_length * (number + (0 if closing else 1))
+        current[side] = (lift + style.swing_time, ahead)
+    for side, (start, x) in current.items():
+        out[side].append(Stance(start, end, x, beside[side], toe_out))
+    return out
+
+
+def _foot(side: str, stances: list[Stance], style: CrawlStyle) -> FootPath:
+    keys, via = [(0.0, 0.0)], []
+    for before, after in zip(stances[:-1], stances[1:]):
+        keys += [(before.end - 0.15, 0.0), (before.end, -24.0), (before.end + 0.1, -26.0), (after.start - 0.06, 0.0)]
+        via.append(((before.end + after.start) / 2, 2, ankle_height() + style.clearance))
+    return FootPath(side, tuple(stances), pitch=degrees_curve(*keys), via=tuple(via))
+
+
+def _pressure(
+    lifts: list[float], stances: dict[str, list[Stance]], end: float, style: CrawlStyle
+) -> list[tuple[float, float, float]]:
+    forward = 0.06
+
+    def point(side: str, time: float) -> NDArray[np.float64]:
+        current = [stance for stance in stances[side] if stance.start <= time + 1e-9][-1]
+        return support_point(side, current, forward)
+
+    first = between((point("left", 0.0), point("right", 0.0)), 0.5)
+    keys = [(0.0, *first), (TARGET_S, *first), (lifts[0] - 0.3, *first)]
+    for number, lift in enumerate(lifts):
+        side = ("left", "right")[number % 2]  # the foot that stays
+        x, y = point(side, lift)
+        keys += [(lift - 0.01, x, y), (lift + style.swing_time + 0.01, x + 0.065, y)]
+    last = between((point("left", end), point("right", end)), 0.5)
+    return [*keys, (lifts[-1] + style.swing_time + 0.35, *last), (end, *last)]
+
+
+def _sway(lifts: list[float], up: float, degrees: float) -> Curve:
+    times = [lifts[0] - 0.2, *(lift + 0.2 for lift in lifts), up + 0.3]
+    turns = [0.0, *(degrees * (1 if number % 2 == 0 else -1) for number in range(len(lifts))), 0.0]
+    return key_curve(times, np.radians(turns))
+
+
+def _arm(late: int, lifts: list[float], up: float, stand: float) -> tuple[ArmKey, ...]:
+    ready: ArmPose = ((0.16, 0.08, -0.52), (-1.0, 0.4, 0.0), 25.0)
+    reach: ArmPose = ((0.50, 0.06, 0.12), (-0.3, 0.8, -0.6), 60.0)
+    trail: ArmPose = ((0.46, 0.08, -0.20), (-0.3, 0.8, -0.6), 60.0)
+    swings = [(lift + 0.2, (reach, trail)[(number + late) % 2]) for number, lift in enumerate(lifts)]
+    return arm_keys((0.1, HANGING), (READY_S, ready), (TARGET_S, ready), *swings, (stand, HANGING))

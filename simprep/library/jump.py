@@ -1,0 +1,145 @@
+"""Vertical jump on the spot with arm swing: countermovement, push-off, ballistic flight, soft landing.
+
+The COM height is a chain of quintics through (height, velocity, acceleration): take-off and landing at the velocity and the
+acceleration of free fall, so the flight is the exact parabola. Jump height h (rise after take-off) gives take-off speed
+sqrt(2 g h) and flight time 2 sqrt(2 h / g). Phase times as in the literature on countermovement jumps (take-off after 0.7 to 0.9 s of
+movement, dip 28 to 35 cm, peak force 2.2 to 2.6 body weights).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import BPoly
+
+from simprep.library.balance import GRAVITY
+from simprep.library.curves import Curve
+from simprep.library.feet import FootPath, Stance
+from simprep.library.limbs import SIGNS
+from simprep.library.posture import RELAXED
+from simprep.library.target import Target, build_target, degrees_curve
+from simprep.motion.motion import Motion
+
+
+@dataclass(frozen=True)
+class JumpStyle:
+    """Parameters of a jump.
+
+    Attributes:
+        rise: COM rise after take-off [m].
+        take_off_height: COM height when the toes leave the floor [m].
+        landing_height: COM height when the toes touch the floor again [m].
+        dip_height: lowest COM height before it [m].
+        landing_dip: lowest COM height after landing [m].
+        tuck: how far the feet are drawn up towards the COM in flight [m].
+    """
+
+    rise: float = 0.30
+    take_off_height: float = 1.055
+    landing_height: float = 1.0
+    dip_height: float = 0.79
+    landing_dip: float = 0.83
+    tuck: float = 0.0
+
+
+UPRIGHT_M, READY_M = 1.0, 0.955
+READY_S, TARGET_S, DIP_S, TAKE_OFF_S = 0.65, 0.85, 1.25, 1.53
+LAND_FORWARD_M = 0.07
+"""The feet land this much ahead, under the COM."""
+REST_S = 0.9
+"""From landing to standing still."""
+
+
+def _arms(flexion: float, abduction: float, elbow: float, rotation: float = 8.0) -> dict[str, float]:
+    return {
+        "arms_shoulder_flexion": flexion, "arms_shoulder_abduction": abduction, "arms_shoulder_rotation": rotation,
+        "arms_elbow_flexion": elbow, "arms_forearm_pronation": 15.0,
+    }  # fmt: skip
+
+
+def jump(style: JumpStyle | None = None) -> Motion:
+    """A vertical jump.
+
+    Args:
+        style: its parameters.
+    """
+    style = style or JumpStyle()
+    speed, landing_speed = _speeds(style)
+    land = TAKE_OFF_S + (speed + landing_speed) / GRAVITY
+    apex = TAKE_OFF_S + speed / GRAVITY
+    end = land + REST_S + 0.35
+    pitch = degrees_curve(
+        (TAKE_OFF_S - 0.24, 0), (TAKE_OFF_S, -46), (TAKE_OFF_S + 0.08, -56), (apex, -46), (land, -16), (land + 0.09, 0)
+    )
+    feet = tuple(_foot(side, land, end, pitch, style) for side in ("left", "right"))
+    middle, toes = 0.05, 0.174
+    legs_forward = [
+        (0.0, middle), (TARGET_S, middle), (DIP_S, middle + 0.02), (TAKE_OFF_S - 0.22, 0.125), (TAKE_OFF_S - 0.15, 0.170), (TAKE_OFF_S - 0.02, toes),
+        (land + 0.06, LAND_FORWARD_M + toes), (land + 0.14, LAND_FORWARD_M + middle + 0.03), (land + 0.5, LAND_FORWARD_M + middle),
+        (end, LAND_FORWARD_M + middle),
+    ]  # fmt: skip
+    upright: dict[str, float] = {}
+    ready = {"lumbar_flexion": 5, "thorax_flexion": 6, "neck_flexion": -8}
+    folded = {"lumbar_flexion": 14, "thorax_flexion": 12, "neck_flexion": -25, "head_flexion": -5}
+    stretched = {"lumbar_flexion": -2, "thorax_flexion": -3, "neck_flexion": -4}
+    absorbing = {"lumbar_flexion": 12, "thorax_flexion": 10, "neck_flexion": -18}
+    return build_target(
+        Target(
+            name="jump",
+            duration=end,
+            feet=(feet[0], feet[1]),
+            pressure=[(time, forward, 0.0) for time, forward in legs_forward],
+            com_height=_com_height(style, land),
+            trunk=[
+                (0.1, upright), (READY_S, ready), (TARGET_S, ready), (DIP_S, folded), (TAKE_OFF_S, stretched),
+                (apex, stretched), (land, ready), (land + 0.18, absorbing), (land + 0.32, absorbing), (land + REST_S, upright),
+            ],
+            pitch=degrees_curve(
+                (0.1, 0), (READY_S, 8), (TARGET_S, 8), (DIP_S, 28), (TAKE_OFF_S, 0), (apex, 0), (land, 12), (land + 0.14, 26), (land + 0.28, 30),
+                (land + REST_S, 0),
+            ),
+            arm_poses=[
+                (0.1, RELAXED), (READY_S, _arms(8, 8, 35)), (TARGET_S, _arms(8, 8, 35)), (DIP_S - 0.14, _arms(-38, 12, 20)),
+                (TAKE_OFF_S + 0.04, _arms(88, 14, 40)), (apex, _arms(92, 14, 38)), (land, _arms(72, 16, 38)),
+                (land + 0.28, _arms(28, 14, 45)), (land + REST_S, RELAXED),
+            ],
+            events={"target": TARGET_S, "take_off": TAKE_OFF_S, "landing": land},
+        )
+    )  # fmt: skip
+
+
+def _foot(side: str, land: float, end: float, pitch: Curve, style: JumpStyle) -> FootPath:
+    beside, toe_out = SIGNS[side] * 0.11, np.radians(8)
+    via = []
+    heights = _com_height(style, land)
+    for share, reference, ankle in (
+        (0.25, TAKE_OFF_S, 0.165), (0.5, TAKE_OFF_S, 0.155 + style.tuck), (0.7, land, 0.11 + style.tuck), (0.86, land, 0.115),
+    ):  # fmt: skip
+        # in flight the ankle rises and falls with the COM
+        times = np.array([TAKE_OFF_S + share * (land - TAKE_OFF_S), reference])
+        rise = heights(times)
+        via.append((float(times[0]), 2, ankle + float(rise[0] - rise[1])))
+    return FootPath(
+        side,
+        (Stance(0.0, TAKE_OFF_S, 0.0, beside, toe_out), Stance(land, end, LAND_FORWARD_M, beside, toe_out)),
+        pitch=pitch,
+        via=tuple(via),
+    )
+
+
+def _speeds(style: JumpStyle) -> tuple[float, float]:
+    """Vertical COM speed at take-off, upwards, and at landing, downwards [m/s]."""
+    drop = style.rise + style.take_off_height - style.landing_height
+    return float(np.sqrt(2 * GRAVITY * style.rise)), float(np.sqrt(2 * GRAVITY * drop))
+
+
+def _com_height(style: JumpStyle, land: float) -> Curve:
+    speed, landing_speed = _speeds(style)
+    keys = (
+        (0.1, UPRIGHT_M, 0.0, 0.0), (READY_S, READY_M, 0.0, 0.0), (TARGET_S, READY_M, 0.0, 0.0),
+        (DIP_S, style.dip_height, 0.0, 11.0), (TAKE_OFF_S, style.take_off_height, speed, -GRAVITY),
+        (land, style.landing_height, -landing_speed, -GRAVITY), (land + 0.30, style.landing_dip, 0.0, 7.0),
+        (land + REST_S, UPRIGHT_M, 0.0, 0.0),
+    )  # fmt: skip
+    table = np.array(keys)
+    spline = BPoly.from_derivatives(table[:, 0], table[:, 1:])
+    return lambda times: np.asarray(spline(np.clip(times, table[0, 0], table[-1, 0])))
