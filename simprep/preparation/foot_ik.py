@@ -2,7 +2,8 @@
 
 The leg has six hinges (hip flexion, abduction, rotation; knee; ankle dorsiflexion, inversion) for the six degrees of
 freedom of the foot, so the pose determines them: the knee angle follows from the hip-ankle distance, and the knee axis is
-normal to both the hip-ankle line and the foot's long axis, because the ankle inverts about the latter.
+normal to both the hip-ankle line and the foot's long axis, because the ankle inverts about the latter. Both legs of a frame
+take about 10 microseconds; an iteration of a general solver (mink with daqp) was measured at 500.
 """
 
 from dataclasses import dataclass

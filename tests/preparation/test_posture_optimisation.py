@@ -157,3 +157,12 @@ def test_support_polygon_of_a_square_and_of_degenerate_points():
     assert not inside(np.array([1.0, 1.0]), line)
     triangle = convex_hull(np.array([[10, 0], [13, 0], [10, 3]], float))
     np.testing.assert_allclose(polygon_centre(triangle), [11, 1])
+
+
+def test_without_our_smoothing_every_frame_comes_closer_to_the_raw_support_centre(walk, punch):
+    literal = PreparationSettings(support_smoothing=0.0, change_smoothing=0.0, joint_weight=0.0, threshold_ramp=0.0)
+    record = prepare(walk, punch, np.linspace(0.3, 1.0, 130), settings=literal).record
+    before = np.linalg.norm(record.com_before[:, :2] - record.centre, axis=1)
+    after = np.linalg.norm(record.com[:, :2] - record.centre, axis=1)
+    with_support = ~np.isnan(before)
+    assert (after < before)[with_support].all()
