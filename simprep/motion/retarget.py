@@ -28,6 +28,8 @@ class RetargetSettings:
         stance_cost: factor on the position of a foot that stands.
         stance_turn_cost: factor on its orientation.
         posture_cost: pull of every hinge to 0 [1/rad], for what nothing else decides (twist of a straight limb).
+        neck_cost: the same for the rotations of neck and head, which would else turn against each other to imitate the
+            head's side bending that our body lacks.
         damping_cost: pull of every hinge to its value in the frame before [1/rad].
         iterations: largest number of steps per frame, from the frame before.
         tolerance: a step that turns no joint by more than this is the last [rad].
@@ -43,6 +45,7 @@ class RetargetSettings:
     stance_turn_cost: float = 8.0
     stance_knee_cost: float = 0.3
     posture_cost: float = 0.004
+    neck_cost: float = 0.03
     damping_cost: float = 0.01
     iterations: int = 2
     tolerance: float = 0.02
@@ -229,6 +232,8 @@ def solve(
     task = BodyTask(model, settings, targets.oriented)
     posture_cost = np.full(N_QVEL, settings.posture_cost)
     posture_cost[:6] = 0.0
+    for name in ("neck_rotation", "head_rotation"):
+        posture_cost[6 + hinge_index(name)] = settings.neck_cost
     posture = mink.PostureTask(model, cost=posture_cost)
     posture.set_target(np.array(model.qpos0))
     hinge_cost = np.full(N_QVEL, settings.damping_cost)
