@@ -90,7 +90,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         """Current minus target, positions then rotation vectors."""
         data = configuration.data
         current = data.xmat[self.turned].reshape(-1, 3, 3)
-        turn = Rotation.from_matrix(current @ np.swapaxes(self.orientations, -1, -2)).as_rotvec()
+        turn = _rotation_vectors(current @ np.swapaxes(self.orientations, -1, -2))
         return np.concatenate([(data.xpos[self.bodies] - self.positions).ravel(), turn.ravel()])
 
     def compute_jacobian(self, configuration: Any) -> NDArray[np.float64]:
@@ -102,6 +102,21 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         for number, body in enumerate(self.turned):
             mujoco.mj_jacBody(model, data, None, jacobian[rows + 3 * number : rows + 3 * number + 3], int(body))
         return jacobian
+
+
+def _rotation_vectors(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotation vectors (N, 3) of (N, 3, 3) matrices, short of half a turn; ten times faster than scipy for a few."""
+    axis = np.stack(
+        [
+            matrices[:, 2, 1] - matrices[:, 1, 2],
+            matrices[:, 0, 2] - matrices[:, 2, 0],
+            matrices[:, 1, 0] - matrices[:, 0, 1],
+        ],
+        axis=1,
+    )  # 2 sin(angle) times the axis
+    sine = np.sqrt((axis * axis).sum(axis=1)) / 2
+    angle = np.arctan2(sine, (matrices[:, 0, 0] + matrices[:, 1, 1] + matrices[:, 2, 2] - 1) / 2)
+    return np.asarray(axis * (angle / np.maximum(2 * sine, 1e-12))[:, None])
 
 
 class FloorLimit(mink.Limit):  # type: ignore[misc]

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from simprep.errors import MotionFileError
 from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, axis_rotation, forward
-from simprep.motion.formats.text import lines_of, number, open_text
+from simprep.motion.formats.text import LARGEST, lines_of, number, open_text
 
 DEFAULT_FPS = 120.0
 """AMC files do not state their frame rate; CMU's, the usual source, are 120 frames/s."""
@@ -311,8 +311,13 @@ def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, NDArray[np.
             raise MotionFileError(path, f"bone {key!r} in frame {frames} but not in the first", line)
         else:
             here.add(key)
-            row = values.setdefault(key, array("d"))
-            row.extend(number(path, token, f"a value of {key!r}", line) for token in tokens[1:])
+            try:
+                row = [float(token) for token in tokens[1:]]
+            except ValueError:
+                row = [number(path, token, f"a value of {key!r}", line) for token in tokens[1:]]
+            if not all(-LARGEST <= value <= LARGEST for value in row):  # also NaN
+                row = [number(path, token, f"a value of {key!r}", line) for token in tokens[1:]]
+            values.setdefault(key, array("d")).extend(row)
     if not frames or not values:
         raise MotionFileError(path, "no frames")
     if len(here) < len(values):
