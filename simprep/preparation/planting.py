@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 _CARRY_M = 0.004  # a foot point this much higher than the lowest carries 1/e of its share
 _NOTHING = 1e-9
+_PASSES = 5
+_DEEP_M = 0.0005
 
 
 @dataclass(frozen=True)
@@ -81,22 +83,54 @@ def plant_feet(
     out = qpos.copy()
     out[:, 2] -= drop
     pelvis = before.xpos[:, 0] - drop[:, None] * np.array([0.0, 0.0, 1.0])
-    for side, leg in enumerate(legs(body)):
-        frames = np.flatnonzero(changed[:, side])
-        if len(frames):
+    aim = goal.copy()
+    missed = changed
+    for _ in range(_PASSES):
+        for side, leg in enumerate(legs(body)):
+            frames = np.flatnonzero(missed[:, side])
             shank = BODIES.index(f"{SIDES[side]}_shank")
             out[np.ix_(frames, 7 + leg.hinges)] = solve_leg(
                 leg,
                 pelvis[frames],
                 rotation[frames, 0],
-                goal[frames, side],
+                aim[frames, side],
                 goal_rotation[frames, side],
                 rotation[frames, shank, :, 1],
             )
-    after = forward_kinematics(out, body)
+        after = forward_kinematics(out, body)
+        missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, body)
+        if not missed.any():
+            break
     feet = [BODIES.index(f"{side}_foot") for side in SIDES]
     error = np.linalg.norm(after.xpos[:, feet] - goal, axis=-1)
     return Planted(out, error, drop, after)
+
+
+def _keep_carrying_points(
+    aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, body: Body
+) -> NDArray[np.bool_]:
+    """Where a joint limit has tilted a foot into the floor, aim so that its lowest point is where it should be: the heel lifts.
+
+    Args:
+        aim: (T, 2, 3) ankles aimed at; changed in place.
+        goal: (T, 2, 3) ankles wanted.
+        goal_rotation: (T, 2, 3, 3) feet wanted.
+        after: what came out.
+        body: the humanoid.
+
+    Returns:
+        (T, 2) feet to solve again.
+    """
+    missed = np.zeros(aim.shape[:2], dtype=bool)
+    for side, leg in enumerate(legs(body)):
+        wanted = goal[:, side, None] + np.einsum("tij,kj->tki", goal_rotation[:, side], leg.points)  # (T, 4, 3)
+        wanted[..., 2] -= leg.radii
+        found = after.foot_points[:, side]
+        lowest = found[..., 2].argmin(axis=1)
+        frames = np.flatnonzero(found[..., 2].min(axis=1) < wanted[..., 2].min(axis=1) - _DEEP_M)
+        aim[frames, side] += wanted[frames, lowest[frames]] - found[frames, lowest[frames]]
+        missed[frames, side] = True
+    return missed
 
 
 class _Track:

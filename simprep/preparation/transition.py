@@ -98,7 +98,7 @@ def launch(
         approach,
         qpos=np.concatenate([approach.qpos[:frame], planted.qpos]),
         contacts=np.concatenate([approach.contacts[:frame], contacts]),
-        events={**own, **events, LAUNCH_EVENT: frame},
+        events={**events, **own, LAUNCH_EVENT: frame},  # names in both mean the approach's
         name=f"{approach.name}_{target.name}",
         source=f"{approach.source}; then {target.source}",
         loop=False,

@@ -8,6 +8,7 @@ import pytest
 from simprep import prepare as exported
 from simprep.errors import MotionError, SettingError, UnknownNameError
 from simprep.humanoid import Body, hinge_index
+from simprep.library import library_motion
 from simprep.motion.contacts import stances
 from simprep.motion.edit import move, yaw
 from simprep.motion.kinematics import forward_kinematics
@@ -188,3 +189,13 @@ def test_errors_say_what_to_do(walk, punch):
         scenario(walk, punch, 0.5, "both")
     with pytest.raises(SettingError, match="valid: 0 to 1"):
         scenario(walk, punch, 1.5, "none")
+
+
+@pytest.mark.parametrize("name", ["kick_front", "crawl", "duck", "jump"])
+def test_half_prepared_scenarios_of_built_in_targets_stay_on_the_floor(walk, name):
+    motion = scenario(walk, library_motion(name), 0.5, "optimised")
+    points = forward_kinematics(motion.qpos).foot_points
+    assert points[..., 2].min() > -0.005
+    assert motion.events["rise"] < motion.events["launch"] < motion.events["target"] + 1
+    on_floor = points[..., 2].min(axis=2)[motion.contacts]
+    assert np.quantile(on_floor, 0.99) < 0.03
