@@ -23,8 +23,8 @@ class FootholdSettings:
     """Thresholds of the placing of feet.
 
     Attributes:
-        flat_below: a sole tilted less than this is set flat [rad].
-        tilted_above: one tilted more than this keeps its tilt [rad]; between, a smooth passage.
+        flattening: tilts of this size are halved, smaller ones vanish, larger ones stay [rad].
+        flat_within: tilt up to which a sole tells where the foothold is [rad].
         turning: a stance whose heading ranges over more than this turns [rad], and
         sliding: one whose place ranges over more than this slides [m]: it is divided into still parts.
         still_turn: heading rate below which a part is still [rad/s].
@@ -34,11 +34,12 @@ class FootholdSettings:
         inversion: the same to either side, beyond which the sole tilts [rad].
         softness: points within about this height of the lowest share its hold [m].
         upright: a shank whose rise is less than this share of its length does not stand on its foot.
+        resting: a foot this high does not stand, whatever its speed [m].
         ease: longest time over which a correction fades in a swing [s].
     """
 
-    flat_below: float = 0.05
-    tilted_above: float = 0.2
+    flattening: float = 0.06
+    flat_within: float = 0.2
     turning: float = 0.3
     sliding: float = 0.12
     still_turn: float = 0.8
@@ -48,6 +49,7 @@ class FootholdSettings:
     inversion: float = 0.5
     softness: float = 0.006
     upright: float = 0.45
+    resting: float = 0.012
     ease: float = 0.4
 
 
@@ -137,7 +139,8 @@ def place_feet(
         contacts[first:after, side] &= ~bearing[first:after, 1 - side]
     # a swinging foot passes over the floor; a standing foot between two footholds turns on it
     low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
-    position[..., 2] -= np.where(contacts, low, np.minimum(0.0, low))
+    contacts &= low < settings.resting
+    position[..., 2] -= np.where(bearing, np.minimum(low, settings.resting), np.minimum(0.0, low))
     return FootPoses(position, rotation), contacts
 
 
@@ -164,7 +167,7 @@ class _Stance:
         self.place = np.einsum("np,npi->ni", share, points[..., :2] - local)  # ankle of the flat foot, in plan
         self.turns = bool(np.ptp(self.heading) > settings.turning)
         # a foot of another length rolls over another toe: the flat frames tell the place
-        self.flatness = np.exp(-((self.pitch / settings.tilted_above) ** 2)) + 1e-3
+        self.flatness = np.exp(-((self.pitch / settings.flat_within) ** 2)) + 1e-3
         flat = self.flatness > 0.5 * self.flatness.max()
         self.slides = bool(np.ptp(self.place[flat], axis=0).max() > settings.sliding)
 
@@ -244,8 +247,7 @@ def _hold(
 
 
 def _flatten(angle: NDArray[np.float64], settings: FootholdSettings) -> NDArray[np.float64]:
-    u = np.clip((np.abs(angle) - settings.flat_below) / (settings.tilted_above - settings.flat_below), 0, 1)
-    return np.asarray(angle * u * u * (3 - 2 * u))
+    return np.asarray(angle**3 / (angle**2 + settings.flattening**2))
 
 
 def _ease(offset: NDArray[np.float64], runs: list[tuple[int, int]], longest: int) -> None:
