@@ -2,13 +2,12 @@
 
 from dataclasses import replace
 
-import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from simprep.errors import MotionError
-from simprep.humanoid import humanoid_model, mirror_map
+from simprep.humanoid import mirror_map
 from simprep.motion.motion import Motion
 
 
@@ -168,7 +167,7 @@ def repeat(motion: Motion, cycles: int) -> Motion:
 def loop_displacement(motion: Motion) -> tuple[float, NDArray[np.float64]]:
     """How far one cycle of a loop turns and travels.
 
-    The pose after the last is extrapolated by the mean of the first and last inter-frame root velocity.
+    The pose after the last is interpolated from the last and the first two inter-frame root displacements.
 
     Args:
         motion: a motion of at least 2 frames.
@@ -176,20 +175,20 @@ def loop_displacement(motion: Motion) -> tuple[float, NDArray[np.float64]]:
     Returns:
         turn [rad], and the step of the root on the floor in the world frame of the motion (2,) [m].
     """
-    model = humanoid_model(motion.body)
-    first, last = np.zeros(model.nv), np.zeros(model.nv)
-    mujoco.mj_differentiatePos(model, first, 1.0, motion.qpos[0], motion.qpos[1])
-    mujoco.mj_differentiatePos(model, last, 1.0, motion.qpos[-2], motion.qpos[-1])
-    begin, end = float(yaw(motion.qpos[0, 3:7])), float(yaw(motion.qpos[-1, 3:7]))
-    yaw_step = float(yaw(motion.qpos[-1, 3:7]) - yaw(motion.qpos[-2, 3:7]))
-    yaw_step_first = float(yaw(motion.qpos[1, 3:7]) - yaw(motion.qpos[0, 3:7]))
-    turn = _wrap(end - begin + (_wrap(yaw_step) + _wrap(yaw_step_first)) / 2)
+    heading = np.unwrap(yaw(motion.qpos[:, 3:7]))
+    turn = _wrap(float(heading[-1] - heading[0] + _missing_step(np.diff(heading), np.diff(heading))))
     turn = 0.0 if abs(turn) < 1e-9 else turn
-    # the velocity of frame 0, carried to the end of the cycle
     c, s = np.cos(turn), np.sin(turn)
-    carried = np.array([[c, -s], [s, c]]) @ first[:2]
-    step = motion.qpos[-1, :2] - motion.qpos[0, :2] + (last[:2] + carried) / 2
+    steps = np.diff(motion.qpos[:, :2], axis=0)
+    # the first steps of the cycle, carried to its end
+    step = motion.qpos[-1, :2] - motion.qpos[0, :2] + _missing_step(steps, steps @ np.array([[c, s], [-s, c]]))
     return turn, step
+
+
+def _missing_step(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The step between two runs of steps: cubic through two on either side (a straight line where there is one)."""
+    nearest = before[-1] + after[0]
+    return np.asarray(nearest / 2 if len(before) < 4 else (4 * nearest - before[-2] - after[1]) / 6)
 
 
 def concatenate(a: Motion, b: Motion) -> Motion:

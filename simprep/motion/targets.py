@@ -94,7 +94,7 @@ def build_targets(source: Normalised, joints: JointMap, body: Body) -> Targets:
     whole = lower + upper + length["neck"]
     first, second = _along_trunk(hips, clip.positions[:, joints.trunk[1:]], (lower / whole, (lower + upper) / whole))
     neck = at["neck"]
-    pelvis_frame = frame_from(at["left_thigh"] - at["right_thigh"], first - hips)
+    pelvis_frame = _pelvis(source, joints, frame_from(at["left_thigh"] - at["right_thigh"], neck - hips))
     thorax_frame = frame_from(at["left_upper_arm"] - at["right_upper_arm"], neck - second)
 
     out = np.empty((len(hips), len(BODIES), 3))
@@ -107,7 +107,7 @@ def build_targets(source: Normalised, joints: JointMap, body: Body) -> Targets:
         put(name, out[:, place[parent]] + length[name] * unit(direction))
 
     put("pelvis", hips * ratio)
-    extend("abdomen", "pelvis", first - hips)
+    extend("abdomen", "pelvis", pelvis_frame[:, :, 2])
     extend("thorax", "abdomen", second - first)
     extend("neck", "thorax", neck - second)
     for side in SIDES:
@@ -167,6 +167,26 @@ def _snap(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     angles = np.asarray((cube.inv() * Rotation.from_matrix(rotation)).magnitude())
     best = int(np.argmin(angles))
     return np.asarray(cube[best].as_matrix()) if angles[best] < np.radians(30) else rotation
+
+
+def _pelvis(source: Normalised, joints: JointMap, trunk: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Orientation of the pelvis: that of the joint that carries the thighs, upright when the person is.
+
+    The lowest bone of the spine does not tell it: skeletons put its joints centimetres before or behind the hips.
+
+    Args:
+        source: the clip.
+        joints: its joint map.
+        trunk: (T, 3, 3) frames of the hip line and the line from the hips to the neck.
+    """
+    joint = joints.trunk[0]
+    rotations = source.clip.rotations[:, joint]
+    if source.reference is not None:
+        offset = source.reference[1][joint].T @ _reference_heading(source, joints)
+    else:  # on average in line with the trunk
+        offset = _mean_rotation(np.swapaxes(rotations, -1, -2) @ trunk)
+    # the hip line is kept exactly: pelvis joints with several children can differ from it by a little
+    return frame_from(trunk[:, :, 1], (rotations @ offset)[:, :, 2])
 
 
 def _reference_heading(source: Normalised, joints: JointMap) -> NDArray[np.float64]:
