@@ -5,6 +5,7 @@ crouch goes about as low as the ankles allow with flat feet. Key values are set 
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -109,7 +110,7 @@ def _stances(lifts: list[float], end: float, style: CrawlStyle) -> dict[str, lis
 
 def _foot(side: str, stances: list[Stance], style: CrawlStyle) -> FootPath:
     keys, via = [(0.0, 0.0)], []
-    for before, after in zip(stances[:-1], stances[1:]):
+    for before, after in pairwise(stances):
         keys += [(before.end - 0.15, 0.0), (before.end, -24.0), (before.end + 0.1, -26.0), (after.start - 0.06, 0.0)]
         via.append(((before.end + after.start) / 2, 2, ankle_height() + style.clearance))
     return FootPath(side, tuple(stances), pitch=degrees_curve(*keys), via=tuple(via))

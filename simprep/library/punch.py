@@ -45,10 +45,10 @@ def cross_right() -> Motion:
     share = ((0.0, 0.5), (READY_S, 0.5), (TARGET_S, 0.48), (1.02, 0.36), (1.20, 0.72), (1.35, 0.68), (BACK_S, 0.5),
              (DURATION_S, 0.5))  # fmt: skip
     guard = {"lumbar_flexion": 5, "thorax_flexion": 8, "neck_flexion": -4}
-    square = {"lumbar_rotation": -4, "thorax_rotation": -6, "neck_rotation": 18, "head_rotation": 8}
-    loaded = {"lumbar_rotation": -8, "thorax_rotation": -12, "neck_rotation": 24, "head_rotation": 14}
+    square = {"lumbar_rotation": -4, "thorax_rotation": -6, "neck_rotation": 16, "head_rotation": 12}
+    loaded = {"lumbar_rotation": -8, "thorax_rotation": -12, "neck_rotation": 19, "head_rotation": 16}
     thrown = {"lumbar_flexion": 7, "thorax_flexion": 8, "lumbar_rotation": 9, "thorax_rotation": 14,
-              "neck_rotation": -30, "head_rotation": -16, "neck_flexion": -4}  # fmt: skip
+              "neck_rotation": -24, "head_rotation": -18, "neck_flexion": -4}  # fmt: skip
     upright: dict[str, float] = {}
     target = Target(
         name="punch_right",

@@ -37,11 +37,11 @@ class WalkStyle:
     """
 
     frames: int = 64
-    step_length: float = 0.68
+    step_length: float = 0.66
     step_width: float = 0.11
     toe_out_deg: float = 6.0
     stance_share: float = 40 / 64
-    com_height: float = 0.97
+    com_height: float = 0.967
     com_bounce: float = 0.0185
     trunk_lean_deg: float = -1.0
     arm_swing_deg: float = 16.0
@@ -49,29 +49,26 @@ class WalkStyle:
 
 # foot pitch over the stride, toe up [share of stride, deg]: heel strike, foot flat, heel off, toe-off, swing
 _FOOT_PITCH = (
-    (0.0, 20.0), (0.085, 0.0), (0.36, 0.0), (0.50, -3.0), (0.62, -48.0), (0.68, -80.0), (0.80, -11.0), (0.90, -2.0),
-    (0.965, 21.5),
+    (0.0, 20.0), (0.085, 0.0), (0.36, 0.0), (0.50, -7.0), (0.62, -47.0), (0.68, -68.0), (0.80, -17.0), (0.90, 0.0),
+    (0.965, 21.0),
 )  # fmt: skip
 _LOWEST = 0.039  # phase at which the COM is lowest: double support
 # ankle in swing [share of stride, share of the stride behind the next placement, clearance of the foot, m]
-_SWING: tuple[tuple[float, float, float | None], ...] = (
-    (0.80, 0.462, 0.05),
-    (0.90, 0.1465, None),
-    (0.955, 0.068, None),
-)
+_SWING: tuple[tuple[float, float, float | None], ...] = ((0.80, 0.44, 0.04), (0.90, 0.13, None), (0.955, 0.045, None))
 # centre of pressure in the frame of the stance foot [share of stride, forward of the ankle, medial, m]
 _PRESSURE = ((0.12, 0.01, 0.0), (0.22, 0.065, 0.0), (0.34, 0.125, 0.0), (0.43, 0.16, 0.004), (0.5, 0.172, 0.010))
 
 
 def walk(style: WalkStyle | None = None) -> Motion:
-    """A cyclic walk along x, from left heel strike to left heel strike.
+    """A cyclic walk along x; the cycle begins at left mid-stance, where the motion is smoothest and so joins best.
 
     Args:
         style: its parameters.
     """
     style = style or WalkStyle()
     period = style.frames / FPS
-    times = np.arange(style.frames) / FPS
+    first = style.frames // 4
+    times = (first + np.arange(style.frames)) / FPS
     phase = times / period
     stride = 2 * style.step_length
     left, right = _foot_path("left", style), _foot_path("right", style)
@@ -99,7 +96,7 @@ def walk(style: WalkStyle | None = None) -> Motion:
         qpos=qpos,
         fps=FPS,
         contacts=plan.contacts,
-        events={"left_heel_strike": 0, "right_heel_strike": half},
+        events={"right_heel_strike": half - first, "left_heel_strike": style.frames - first},
         name="walk",
         source="simprep library: walk",
         loop=True,

@@ -57,7 +57,7 @@ class Plan:
     hinges: NDArray[np.float64]
     shift: NDArray[np.float64] | None = None
     hip_relative: HipRelative | None = None
-    passes: int = 4
+    passes: int = 5
     body: Body = field(default_factory=lambda: DEFAULT_BODY)
 
 
