@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from simprep.humanoid import HINGES
 from simprep.physics.controller import feedforward_targets
+from simprep.physics.inverse_dynamics import needed_torques
 from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference
 from simprep.physics.tracking_cost import CostWeights, TrackingCost
@@ -36,12 +37,15 @@ class MpcSettings:
         samples: simulations per iteration.
         iterations: cross-entropy iterations per plan.
         elites: samples that enter the weighted mean.
+        keep: best samples that enter the next plan's first iteration, moved on in time.
+        shrink: factor on the noise from one iteration to the next.
         temperature: softness of the weights, in standard deviations of the elites' costs.
         noise_scale: factor on the standard deviations below.
         noise: standard deviation of the sampled offset [rad] by joint, matched by the end of the hinge name;
             joints that match none are not sampled.
         scales: the samples are split among these multiples of the noise.
         weights: cost weights.
+        torque_share: share of the reference's inverse-dynamics torques that the servo targets lead by.
         threads: simulation threads; 0 for all cores. Does not change the result.
     """
 
@@ -52,6 +56,8 @@ class MpcSettings:
     samples: int = 40
     iterations: int = 2
     elites: int = 16
+    keep: int = 4
+    shrink: float = 0.7
     temperature: float = 0.5
     noise_scale: float = 0.8
     noise: tuple[tuple[str, float], ...] = (
@@ -69,6 +75,7 @@ class MpcSettings:
     )
     scales: tuple[float, ...] = (0.25, 0.5, 1.0)
     weights: CostWeights = field(default_factory=CostWeights)
+    torque_share: float = 0.7
     threads: int = 0
 
 
@@ -90,6 +97,9 @@ class MpcController:
         self._every = max(1, round(s.replan / world_dt))  # in steps of the world
         self._rng = np.random.default_rng(seed)
         self._feedforward = feedforward_targets(reference, model)
+        if s.torque_share > 0:
+            torque = np.clip(needed_torques(reference), *model.actuator_forcerange.T)
+            self._feedforward = self._feedforward + s.torque_share * torque / model.actuator_gainprm[:, 0]
         self._last = len(reference.qpos) - 1
         std = np.array([_noise_of(HINGES[hinge], s.noise) for hinge in planner.hinges]) * s.noise_scale
         self._sampled = np.flatnonzero(std)
@@ -101,6 +111,7 @@ class MpcController:
         shift_position = np.arange(self._knots) + self._every * world_dt / s.knot_spacing
         self._shift = _linear_basis(np.minimum(shift_position, self._knots - 1), self._knots)
         self._plan = np.zeros((self._knots, len(self._sampled)))
+        self._kept = np.zeros((0, *self._plan.shape))
         self._cost = TrackingCost(reference, self._ratio, world_dt, self._steps, planner.qvel, s.weights)
         self._batch = Batch(planner.model, s.samples, nthread=s.threads)
         self._body_quat = self._batch.expand("body_quat")
@@ -130,25 +141,31 @@ class MpcController:
 
     def _replan(self, step: int, data: Any) -> None:
         s = self._settings
-        mean = self._shift @ self._plan if self._planned_at >= 0 else self._plan
+        carried = np.einsum("kl,nlj->nkj", self._shift, self._kept)
+        mean = self._shift @ self._plan
         frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
         feedforward = self._feedforward[frames][:, self._planner.hinges]  # (steps, planned hinges)
-        for _ in range(s.iterations):
-            noise = self._rng.standard_normal((s.samples, *mean.shape)) * self._std
+        pool, costs = np.zeros((0, *mean.shape)), np.zeros(0)
+        for iteration in range(s.iterations):
+            noise = self._rng.standard_normal((s.samples, *mean.shape)) * self._std * s.shrink**iteration
             theta = mean + self._scale[:, None, None] * noise  # (samples, knots, sampled)
             theta[0] = mean
-            theta[1] = 0.0
+            if iteration == 0:
+                theta[1] = 0.0
+                theta[2 : 2 + len(carried)] = carried
             control = np.repeat(feedforward[None], s.samples, axis=0)
             control[:, :, self._sampled] += np.einsum("tk,nkj->ntj", self._basis, theta)
-            cost = self._evaluate(step, data, control, theta)
-            order = np.argsort(cost, kind="stable")[: s.elites]
-            best = cost[order]
-            if not np.isfinite(best[0]):
+            # the state is the same for all iterations of a plan, so earlier samples stay in the competition
+            pool = np.concatenate([pool, theta])
+            costs = np.concatenate([costs, self._evaluate(step, data, control, theta)])
+            order = np.argsort(costs, kind="stable")[: s.elites]
+            order = order[np.isfinite(costs[order])]
+            if len(order) == 0:
                 break  # every sample diverged: keep the plan and let the simulation show what happens
-            best = np.where(np.isfinite(best), best, np.inf)
-            spread = np.std(best[np.isfinite(best)]) + 1e-12
-            weight = np.exp(-(best - best[0]) / (s.temperature * spread))
-            mean = np.einsum("n,nkj->kj", weight / weight.sum(), theta[order])
+            best = costs[order]
+            weight = np.exp(-(best - best[0]) / (s.temperature * (np.std(best) + 1e-12)))
+            mean = np.einsum("n,nkj->kj", weight / weight.sum(), pool[order])
+            self._kept = pool[order[: s.keep]]
         self._plan = mean
         self._offsets[:] = 0.0
         self._offsets[:, self._planner.hinges[self._sampled]] = self._world_basis @ mean

@@ -1,0 +1,124 @@
+"""Joint torques that a reference motion needs, with the floor bearing the body: the feed-forward of `mpc`'s servos.
+
+A servo that only follows angles must be off its target by torque / kp to bear a load: a third of a radian at the ankle
+of a walking person. Inverse dynamics says beforehand how much, so that sampling starts near the solution.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import nnls
+
+from simprep.humanoid import humanoid_model
+from simprep.physics.reference import Reference
+
+_EDGES = np.array([[1.0, 0, 1], [-1, 0, 1], [0, 1, 1], [0, -1, 1]])
+
+
+@dataclass(frozen=True)
+class InverseDynamicsSettings:
+    """How the needed torques are estimated.
+
+    Attributes:
+        rate: frames per second at which they are computed [1/s]; interpolated in between.
+        smoothing: standard deviation of the Gaussian over velocities, and over the torques [s].
+        reach: points up to this height above the floor can bear load [m]; the higher, the less.
+        regularisation: weight of the squared contact forces, in body weights; spreads the load over the points.
+        friction: sliding friction coefficient of the contact forces.
+    """
+
+    rate: float = 60.0
+    smoothing: float = 0.02
+    reach: float = 0.03
+    regularisation: float = 0.02
+    friction: float = 0.8
+
+
+def needed_torques(reference: Reference, settings: InverseDynamicsSettings | None = None) -> NDArray[np.float64]:
+    """Joint torques of the reference by inverse dynamics (`mj_inverse`) with the best floor contact forces.
+
+    Per frame, contact forces within the friction pyramid at all points of the body near the floor that supply the root's
+    six rows of the equations of motion as well as they can (non-negative least squares); what they cannot supply is
+    left out, since nothing else may push the root.
+
+    Args:
+        reference: the motion at the simulation's steps.
+        settings: rate, smoothing and contact settings.
+
+    Returns:
+        (N + 1, 37) [N m].
+    """
+    settings = settings or InverseDynamicsSettings()
+    fps = reference.motion.fps
+    model = humanoid_model(reference.motion.body)
+    # the shared model is read only; contacts are ours to find, and limits do not push in a reference
+    model = _without_constraints(model)
+    data = mujoco.MjData(model)
+    sigma = settings.smoothing * fps
+    qvel = gaussian_filter1d(reference.qvel, sigma, axis=0, mode="nearest")
+    qacc = np.gradient(qvel, 1 / fps, axis=0)
+    stride = max(1, round(fps / settings.rate))
+    frames = np.unique(np.append(np.arange(0, len(qvel), stride), len(qvel) - 1))
+    candidates = _contact_candidates(model)
+    torques = np.empty((len(frames), model.nu))
+    for row, frame in enumerate(frames):
+        data.qpos[:], data.qvel[:], data.qacc[:] = reference.qpos[frame], qvel[frame], qacc[frame]
+        mujoco.mj_inverse(model, data)
+        needed = data.qfrc_inverse
+        torques[row] = needed[6:] - _contact_torques(model, data, candidates, needed, settings)[6:]
+    steps = np.arange(len(qvel))
+    dense = np.stack([np.interp(steps, frames, column) for column in torques.T], axis=1)
+    return np.asarray(gaussian_filter1d(dense, sigma, axis=0, mode="nearest"))
+
+
+def _without_constraints(model: Any) -> Any:
+    from copy import copy
+
+    free = copy(model)
+    free.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+    return free
+
+
+def _contact_candidates(model: Any) -> list[tuple[int, int, NDArray[np.float64], float]]:
+    """Spheres and capsule ends that can touch the floor: (body, geom, centre in the geom's frame, radius)."""
+    out = []
+    for geom in range(model.ngeom):
+        if model.geom_contype[geom] == 0:
+            continue
+        half = model.geom_size[geom, 1]
+        for end in (-half, half) if half > 0 else (0.0,):
+            out.append((int(model.geom_bodyid[geom]), geom, np.array([0.0, 0.0, end]), float(model.geom_size[geom, 0])))
+    return out
+
+
+def _contact_torques(
+    model: Any,
+    data: Any,
+    candidates: list[tuple[int, int, NDArray[np.float64], float]],
+    needed: NDArray[np.float64],
+    settings: InverseDynamicsSettings,
+) -> NDArray[np.float64]:
+    """Generalised force of the contact forces that supply the root's rows best, (nv,)."""
+    jacobians, heights = [], []
+    jacobian = np.zeros((3, model.nv))
+    for body, geom, end, radius in candidates:
+        point = data.geom_xpos[geom] + data.geom_xmat[geom].reshape(3, 3) @ end
+        height = point[2] - radius
+        if height < settings.reach:
+            mujoco.mj_jac(model, data, jacobian, None, point - [0, 0, radius], body)
+            jacobians.append(jacobian.copy())
+            heights.append(max(height, 0.0))
+    if not jacobians:
+        return np.zeros(model.nv)
+    edges = _EDGES * [settings.friction, settings.friction, 1.0]
+    columns = np.concatenate([edges @ jac for jac in jacobians])  # (4 points, nv): generalised force of unit pushes
+    weight = model.body_mass.sum() * 9.81
+    # a point just above the floor in the reference may well bear load in the simulation, but less likely so
+    reluctance = settings.regularisation * (1 + 50 * (np.repeat(heights, 4) / settings.reach) ** 2)
+    system = np.concatenate([columns[:, :6].T, np.diag(reluctance)])
+    pushes, _ = nnls(system, np.concatenate([needed[:6] / weight, np.zeros(len(columns))]))
+    return np.asarray(weight * (pushes @ columns))
