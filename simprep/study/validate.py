@@ -10,7 +10,7 @@ from simprep.metrics.evaluate import evaluate_motion, evaluate_run
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.run import Run
-from simprep.physics.track import track
+from simprep.physics.track import TrackSettings, track
 from simprep.preparation import scenario as make_scenario
 from simprep.study.plan import Case, Scenario, StudyPlan
 
@@ -55,6 +55,7 @@ def run_study(
     plan: StudyPlan,
     on_progress: Callable[[str, float], None] | None = None,
     motions_folder: Path | None = None,
+    settings: TrackSettings | None = None,
 ) -> Study:
     """Run every case of a plan. Ctrl-C ends the study early and keeps the finished cases.
 
@@ -65,6 +66,7 @@ def run_study(
         on_progress: called with what is being done and the number of cases finished, in fractions.
         motions_folder: where scenario motions, and the simulated motions of the first seed, are saved as they
             are made; None to save none.
+        settings: of the simulation and the controllers; None for the defaults.
 
     Returns:
         The study; `complete` is False after Ctrl-C.
@@ -89,6 +91,7 @@ def run_study(
                 motion,
                 case.controller,
                 case.seed,
+                settings,
                 progress=lambda share, label=label, done=done: tell(label, done + share),  # type: ignore[misc]
             )
             known[key] = _measure(case, run, motions_folder, keep=case.seed == plan.seeds[0])
