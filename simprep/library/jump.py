@@ -37,7 +37,7 @@ class JumpStyle:
     take_off_height: float = 1.055
     landing_height: float = 1.0
     dip_height: float = 0.79
-    landing_dip: float = 0.83
+    landing_dip: float = 0.81
     tuck: float = 0.0
 
 
@@ -137,7 +137,7 @@ def _com_height(style: JumpStyle, land: float) -> Curve:
     keys = (
         (0.1, UPRIGHT_M, 0.0, 0.0), (READY_S, READY_M, 0.0, 0.0), (TARGET_S, READY_M, 0.0, 0.0),
         (DIP_S, style.dip_height, 0.0, 11.0), (TAKE_OFF_S, style.take_off_height, speed, -GRAVITY),
-        (land, style.landing_height, -landing_speed, -GRAVITY), (land + 0.30, style.landing_dip, 0.0, 7.0),
+        (land, style.landing_height, -landing_speed, -GRAVITY), (land + 0.21, style.landing_dip, 0.0, 8.0),
         (land + REST_S, UPRIGHT_M, 0.0, 0.0),
     )  # fmt: skip
     table = np.array(keys)

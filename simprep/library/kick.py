@@ -26,8 +26,8 @@ from simprep.library.target import (
 from simprep.motion.motion import Motion
 
 READY_S, TARGET_S = 0.70, 0.90
-LIFT_S, CHAMBER_S, IMPACT_S, FOLD_S, LAND_S = 1.30, 1.58, 1.75, 1.95, 2.40
-LOWER_S, DURATION_S = 2.60, 3.30
+LIFT_S, CHAMBER_S, IMPACT_S, FOLD_S, LAND_S = 1.30, 1.58, 1.75, 2.02, 2.45
+LOWER_S, DURATION_S = 2.65, 3.35
 UPRIGHT_M, GUARD_M = 0.98, 0.955
 
 
@@ -39,15 +39,16 @@ def front_kick_right() -> Motion:
         Stance(LAND_S, DURATION_S, -0.13, -0.10, np.radians(15)),
     )
     thigh = degrees_curve(
-        (LIFT_S, -2), (CHAMBER_S, 82), (IMPACT_S - 0.02, 92), (FOLD_S, 80), (LAND_S - 0.08, 12), (LAND_S, 0)
+        (LIFT_S, -2), (CHAMBER_S, 90), (IMPACT_S - 0.02, 104), (FOLD_S, 86), (LAND_S - 0.08, 12), (LAND_S, 0)
     )
     knee = degrees_curve(
-        (LIFT_S, 42), (CHAMBER_S, 114), (IMPACT_S - 0.03, 34), (IMPACT_S + 0.01, 17), (FOLD_S, 100),
-        (LAND_S - 0.08, 40), (LAND_S, 26),
+        (LIFT_S, 42), (CHAMBER_S, 114), (IMPACT_S + 0.02, 17), (FOLD_S, 100), (LAND_S - 0.08, 40), (LAND_S, 26),
     )  # fmt: skip
     ankle = degrees_curve((LIFT_S, 5), (CHAMBER_S, -12), (IMPACT_S, -8), (FOLD_S, -15), (LAND_S, 0))
     weight = curve((LIFT_S, 0), (LIFT_S + 0.2, 1), (FOLD_S + 0.05, 1), (LAND_S - 0.1, 0))
-    floor_pitch = degrees_curve((1.02, 0), (LIFT_S, -42), (CHAMBER_S, -50), (FOLD_S, -40), (LAND_S, -18), (2.55, 0))
+    floor_pitch = degrees_curve(
+        (1.02, 0), (LIFT_S, -42), (CHAMBER_S, -50), (FOLD_S, -40), (LAND_S, -18), (LAND_S + 0.15, 0)
+    )
     feet = (
         FootPath("left", (front,)),
         FootPath(
@@ -58,7 +59,7 @@ def front_kick_right() -> Motion:
         ),
     )
     points = (support_point("left", front, 0.055), support_point("right", rear[0], 0.10))
-    share = ((0.0, 0.5), (TARGET_S, 0.5), (1.0, 0.45), (LIFT_S - 0.03, 1.0), (LAND_S + 0.02, 1.0), (2.75, 0.5),
+    share = ((0.0, 0.5), (TARGET_S, 0.5), (1.0, 0.45), (LIFT_S - 0.03, 1.0), (LAND_S + 0.02, 1.0), (LAND_S + 0.35, 0.5),
              (DURATION_S, 0.5))  # fmt: skip
     guard = {"lumbar_flexion": 4, "thorax_flexion": 7, "lumbar_rotation": -3, "thorax_rotation": -4,
              "neck_rotation": 10, "head_rotation": 5, "neck_flexion": -4}  # fmt: skip
@@ -95,7 +96,7 @@ def front_kick_right() -> Motion:
                 (LOWER_S, GUARD_REAR), (DURATION_S - 0.05, HANGING),
             ),
         ),
-        events={"target": TARGET_S, "impact": IMPACT_S - 3 / 60},
+        events={"target": TARGET_S, "impact": IMPACT_S - 2 / 60},
         swing_legs=(None, SwingLeg(thigh, knee, weight, outward=-0.02)),
     )  # fmt: skip
     return build_target(target)

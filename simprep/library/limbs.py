@@ -116,10 +116,14 @@ def leg_angles(
     hip = pelvis_position + pelvis_rotation @ lengths.hip[SIDES.index(side)]
     to_hip = np.einsum("tji,tj->ti", foot_rotation, hip - foot_position)  # foot frame
     knee = _bend(np.linalg.norm(to_hip, axis=-1), lengths.thigh, lengths.shank)
-    inversion = -sign * np.arctan2(to_hip[:, 1], to_hip[:, 2])
-    lean = np.arctan2(to_hip[:, 0], np.hypot(to_hip[:, 1], to_hip[:, 2]))
+    above_sole = np.where(
+        to_hip[:, 2] < 0, -1.0, 1.0
+    )  # keeps the inversion within 90 deg with the heel at the buttocks
+    inversion = -sign * np.arctan2(above_sole * to_hip[:, 1], above_sole * to_hip[:, 2])
+    lean = np.arctan2(to_hip[:, 0], above_sole * np.hypot(to_hip[:, 1], to_hip[:, 2]))
     behind, above = -lengths.thigh * np.sin(knee), lengths.shank + lengths.thigh * np.cos(knee)
     dorsiflexion = lean - np.arctan2(behind, above)
+    dorsiflexion = np.arctan2(np.sin(dorsiflexion), np.cos(dorsiflexion))
     thigh = foot_rotation @ axis_rotation(0, sign * inversion) @ axis_rotation(1, dorsiflexion - knee)
     ball = _ball_joint_angles(np.swapaxes(pelvis_rotation, -1, -2) @ thigh, sign)
     return np.concatenate([ball, np.stack([knee, dorsiflexion, inversion], axis=-1)], axis=-1)
