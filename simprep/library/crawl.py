@@ -28,7 +28,7 @@ from simprep.library.target import (
 from simprep.motion.motion import Motion
 
 READY_S, TARGET_S, DOWN_S = 0.70, 0.90, 1.65
-UPRIGHT_M, READY_M = 0.99, 0.93
+UPRIGHT_M, READY_M = 0.985, 0.952
 
 
 @dataclass(frozen=True)

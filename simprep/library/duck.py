@@ -22,7 +22,7 @@ from simprep.library.target import (
 from simprep.motion.motion import Motion
 
 READY_S, TARGET_S, DOWN_S, UP_S, STAND_S, DURATION_S = 0.70, 0.90, 1.32, 1.62, 2.12, 2.80
-UPRIGHT_M, GUARD_M, LOW_M = 0.978, 0.945, 0.785
+UPRIGHT_M, GUARD_M, LOW_M = 0.976, 0.954, 0.785
 
 
 def duck() -> Motion:

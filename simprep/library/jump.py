@@ -41,7 +41,7 @@ class JumpStyle:
     tuck: float = 0.0
 
 
-UPRIGHT_M, READY_M = 1.0, 0.955
+UPRIGHT_M, READY_M = 0.995, 0.962
 READY_S, TARGET_S, DIP_S, TAKE_OFF_S = 0.65, 0.85, 1.25, 1.53
 LAND_FORWARD_M = 0.07
 """The feet land this much ahead, under the COM."""

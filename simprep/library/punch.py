@@ -28,7 +28,7 @@ from simprep.motion.motion import Motion
 
 READY_S, TARGET_S, DRIVE_S, IMPACT_S, BACK_S = 0.70, 0.90, 1.08, 74 / 60, 1.75
 LOWER_S, DURATION_S = 1.95, 2.55
-UPRIGHT_M, GUARD_M = 0.975, 0.955
+UPRIGHT_M, GUARD_M = 0.974, 0.96
 
 
 def cross_right() -> Motion:
@@ -65,8 +65,8 @@ def cross_right() -> Motion:
             (DURATION_S - 0.05, upright),
         ],
         yaw=degrees_curve(
-            (0.1, -10), (READY_S, -22), (TARGET_S, -22), (1.05, -26), (IMPACT_S + 0.01, 26), (IMPACT_S + 0.05, 26),
-            (BACK_S, -22), (LOWER_S, -22), (DURATION_S - 0.05, -10),
+            (0.1, -15), (READY_S, -22), (TARGET_S, -22), (1.05, -26), (IMPACT_S + 0.01, 26), (IMPACT_S + 0.05, 26),
+            (BACK_S, -22), (LOWER_S, -22), (DURATION_S - 0.05, -15),
         ),
         pitch=degrees_curve((0.1, 0), (READY_S, 4), (LOWER_S, 4), (DURATION_S - 0.05, 0)),
         arms=(

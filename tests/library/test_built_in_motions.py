@@ -11,6 +11,7 @@ from simprep.library.balance import GRAVITY, ground_reaction
 from simprep.motion.contacts import stances
 from simprep.motion.edit import mirror, repeat
 from simprep.motion.kinematics import forward_kinematics
+from simprep.preparation.reference_posture import reference_posture
 
 TARGETS = ("punch_left", "punch_right", "kick_front", "crawl", "duck", "jump")
 SPEED_CAPS_DEG = {
@@ -161,6 +162,7 @@ def test_targets_begin_and_end_standing_with_a_ready_posture_before_the_target(n
     assert kinematics.com[target - 3, 2] < kinematics.com[0, 2] - 0.015  # and lower than standing
     feet = kinematics.foot_points[target - 3].reshape(-1, 3)[:, :2]
     assert outside(feet, kinematics.com[target - 3, :2]) == 0.0
+    assert reference_posture(motion).frame > target - 10  # so the scan of the preparation finds this posture
 
 
 @pytest.mark.parametrize(("name", "hand"), [("punch_right", "right_hand"), ("punch_left", "left_hand")])
