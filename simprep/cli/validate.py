@@ -83,7 +83,7 @@ class Validate:
         with output.progress() as bar:
             task = bar.add_task("preparing", total=len(plan.cases()))
             study = run_study(plan, lambda what, done: bar.update(task, description=what, completed=done), motions)
-        files = sorted(motions.glob("*.npz"))
+        files = [*study.files]
         if not self.no_pictures and study.results:
             files += draw_study(study, self.out, output.warn)
         write_study(study, self.out, output_module.arguments, files)

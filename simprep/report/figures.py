@@ -107,7 +107,8 @@ def plot_margins(
         axes.set_ylabel("COM to edge [cm]\n(inside > 0)", fontsize=8)
         axes.tick_params(labelsize=7)
         if index == 0:
-            axes.legend(fontsize=7, loc="lower left", ncols=len(lines), framealpha=0.8)
+            handles, labels = axes.get_legend_handles_labels()
+            figure.legend(handles, labels, fontsize=7, loc="outside lower center", ncols=len(lines))
     axes.set_xlabel("time [s]", fontsize=8)
     return _save(figure, path)
 
@@ -142,7 +143,7 @@ def plot_blending_curves(
         axes.set_aspect("equal")
         axes.grid(alpha=0.3)
         axes.tick_params(labelsize=7)
-        axes.legend(fontsize=7)
+    axes.legend(fontsize=7, loc="upper left")
     return _save(figure, path)
 
 

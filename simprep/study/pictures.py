@@ -83,7 +83,8 @@ def _draw_strips(study: Study, target: str, alpha: float, folder: Path) -> list[
     arms = {arm: Scenario(target, alpha, arm) for arm in study.plan.arms}
     motions = {arm: study.scenarios[scenario] for arm, scenario in arms.items()}
     last = motions[study.plan.arms[-1]]
-    marks = {name: last.events[name] / last.fps for name in ("launch", "impact") if name in last.events}
+    launch = launch_s(last)
+    marks = {} if launch is None else {"launch": launch, **_later_events(last)}
     settings = StripSettings(times_s=_instants(last), marks=marks)
     files = [
         save_film_strip(
@@ -120,16 +121,27 @@ def draw_blending_curves(folder: Path) -> Path:
     return plot_blending_curves(curves, constants, folder / "blending_curves.png")
 
 
+def _later_events(motion: Motion) -> dict[str, float]:
+    """What the target marks after its launch, such as the impact of a strike: name to time [s], in order."""
+    launch = launch_s(motion)
+    times = {name: frame / motion.fps for name, frame in motion.events.items()}
+    later = {name: time for name, time in times.items() if launch is not None and launch < time < motion.duration}
+    return dict(sorted(later.items(), key=lambda item: item[1]))
+
+
 def _instants(motion: Motion) -> tuple[float, ...]:
-    """Nine instants that show the launch and, where the target has one, the impact."""
+    """Nine instants that show the launch and what the target marks after it."""
     end, launch = motion.duration, launch_s(motion)
     if launch is None or not 0 < launch < end:
         return tuple(float(time) for time in np.linspace(0, end, 9))
-    impact = motion.events.get("impact", 0) / motion.fps
-    after = [launch, (launch + impact) / 2, impact, (impact + end) / 2, end]
-    if not launch < impact < end:
-        after = [float(time) for time in np.linspace(launch, end, 5)]
-    return (*(float(time) for time in np.linspace(0, launch, 5)), *after[1:])
+    match list(_later_events(motion).values()):
+        case []:
+            after = [launch + share * (end - launch) for share in (0.25, 0.5, 0.75)]
+        case [first]:
+            after = [(launch + first) / 2, first, (first + end) / 2]
+        case [first, *_, last]:
+            after = [first, (first + last) / 2, last]
+    return (*(float(time) for time in np.linspace(0, launch, 5)), *after, end)
 
 
 def _moments(motion: Motion) -> list[int]:

@@ -17,7 +17,7 @@ ARM_LABELS = {
 DETERMINISTIC = ("pd",)
 """Controllers without random numbers: every seed gives the same run, so only the first seed is run."""
 
-QUICK_PROFILE = AlphaProfile(lead=0.5, rise=1.0, hold=0.8)
+QUICK_PROFILE = AlphaProfile(lead=0.2, rise=1.0, hold=0.6)
 """Shorter than the preparation's default, so that the default study fits into five minutes."""
 
 

@@ -41,6 +41,7 @@ class Study:
         results: finished cases, in order.
         complete: every case of the plan is finished.
         wall_s: computing time [s].
+        files: motions saved so far.
     """
 
     plan: StudyPlan
@@ -49,6 +50,7 @@ class Study:
     results: list[CaseResult] = field(default_factory=list)
     complete: bool = False
     wall_s: float = 0.0
+    files: list[Path] = field(default_factory=list)
 
 
 def run_study(
@@ -94,8 +96,7 @@ def run_study(
                 settings,
                 progress=lambda share, label=label, done=done: tell(label, done + share),  # type: ignore[misc]
             )
-            known[key] = _measure(case, run, motions_folder, keep=case.seed == plan.seeds[0])
-            study.results.append(known[key])
+            known[key] = _keep(study, case, run, motions_folder)
         study.complete = True
     except KeyboardInterrupt:
         study.complete = False
@@ -116,12 +117,14 @@ def _build(study: Study, scenario: Scenario, folder: Path | None) -> None:
     study.kinematic[scenario] = evaluate_motion(motion)
     study.scenarios[scenario] = motion
     if folder is not None:
-        save_motion(motion, folder / f"{scenario.slug}.npz")
+        study.files.append(save_motion(motion, folder / f"{scenario.slug}.npz"))
 
 
-def _measure(case: Case, run: Run, folder: Path | None, keep: bool) -> CaseResult:
+def _keep(study: Study, case: Case, run: Run, folder: Path | None) -> CaseResult:
     metrics = evaluate_run(run)  # finds rise and launch in the reference's events
-    simulated = run.simulated_motion() if keep else None
+    simulated = run.simulated_motion() if case.seed == study.plan.seeds[0] else None
+    result = CaseResult(case, metrics, simulated)
+    study.results.append(result)
     if simulated is not None and folder is not None:
-        save_motion(simulated, folder / f"{case.scenario.slug}_{case.controller}.npz")
-    return CaseResult(case, metrics, simulated)
+        study.files.append(save_motion(simulated, folder / f"{case.scenario.slug}_{case.controller}.npz"))
+    return result
