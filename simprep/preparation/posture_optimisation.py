@@ -15,6 +15,7 @@ from scipy.linalg.lapack import dposv
 from scipy.ndimage import gaussian_filter1d
 
 from simprep.humanoid import BODIES, DEFAULT_BODY, UPPER_BODY_HINGES, Body, humanoid_model
+from simprep.preparation.com_path import displacement_path, displacement_repair
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
@@ -29,6 +30,9 @@ _MOVED = np.array(MOVED)
 _FIXED = np.array([i for i in range(len(BODIES)) if i not in MOVED])
 _DIAGONAL = np.diag_indices(N_UPPER)
 _DAMPING = 1e-5  # keeps hinges that move no body centre (wrist, pronation) where they are
+_REPAIRS = 3
+_REPAIRED_M = 1e-6
+_REPAIR_S = 0.03  # time constant of the repairs
 _ENOUGH = 2e-3  # a step that gains less than this share of the reduction so far is the last
 
 
@@ -37,7 +41,7 @@ class Costs:
     """Cost terms of one posture (paper, Eq. 6-10), with smooth norms, as they are minimised.
 
     Attributes:
-        balance: C_b, distance from the COM to the support centre on the floor [m]; 0 without support.
+        balance: C_b, distance from the COM to the support centre, or where else it is wanted, on the floor [m].
         style: C_s, mean distance of the body centres from the blended posture [m].
         smoothness: C_m, mean second difference of the body centres [m per frame squared].
         total: weighted sum, plus the joint term of `PreparationSettings.joint_weight`.
@@ -79,7 +83,7 @@ class PostureProblem:
 
         Args:
             qpos: (44,) blended posture.
-            centre: (2,) support centre on the floor [m]; None in flight, which leaves out C_b.
+            centre: (2,) support centre, or where else C_b wants the COM on the floor [m]; None leaves out C_b.
             last: (17, 3) optimised body centres one frame earlier [m]; None leaves out C_m.
             before_last: (17, 3) two frames earlier.
 
@@ -115,6 +119,19 @@ class PostureProblem:
         self.data.qpos[:] = qpos
         mujoco.mj_kinematics(self.model, self.data)
         return np.array(self._xipos[1:])
+
+    def com_of(self, qpos: Array) -> Array:
+        """COM (2,) on the floor of a whole posture (44,) [m]; `set_frame` must follow."""
+        return np.asarray(self._share @ self.centres_of(qpos)[:, :2])
+
+    def com_jacobian(self, qpos: Array) -> Array:
+        """Jacobian (2, 25) of `com_of` by the upper-body hinges [m/rad]; `set_frame` must follow."""
+        self.data.qpos[:] = qpos
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        jacobian = np.zeros((3, self.model.nv))
+        mujoco.mj_jacSubtreeCom(self.model, self.data, jacobian, 1)
+        return jacobian[:2, _UPPER_QVEL]
 
     def costs(self, hinges: Array) -> Costs:
         """Cost terms at (25,) hinges."""
@@ -225,16 +242,19 @@ class OptimisedPostures:
             the optimisation was skipped.
         after: (T, 4) costs of the result.
         steps: (T,) descent steps taken.
+        goals: (T, 2) where C_b wanted the COM on the floor [m]; NaN where it was left out.
     """
 
     qpos: Array
     before: Array
     after: Array
     steps: NDArray[np.int64]
+    goals: Array
 
 
 def optimise_postures(
     qpos: Array,
+    com: Array,
     centres: Array,
     share: Array,
     fps: float,
@@ -243,14 +263,23 @@ def optimise_postures(
 ) -> OptimisedPostures:
     """Optimise the upper body frame by frame; root and legs stay exactly as they are.
 
+    With `support_smoothing` above 0, C_b draws the COM along a smooth path that comes nearer to the support centre in every
+    frame (`com_path`), and where the smoothing of the postures has led the COM farther away, it is put back. With 0, C_b
+    draws it to the support centre, and is left out in flight.
+
     Args:
         qpos: (T, 44) blended postures.
+        com: (T, 3) their COM [m].
         centres: (T, 2) support centres [m]; NaN in flight.
         share: (T,) how much of the change is used, 0 (skipped) to 1.
         fps: frames per second [1/s].
         body: the humanoid.
         settings: weights and step limit.
     """
+    goals = centres
+    if settings.support_smoothing > 0:
+        path = displacement_path(centres - com[:, :2], settings.com_reach, settings.support_smoothing * fps)
+        goals = com[:, :2] + path
     problem = PostureProblem(body, settings)
     n = len(qpos)
     change = np.zeros((n, N_UPPER))
@@ -261,7 +290,7 @@ def optimise_postures(
         if frame > 0 and share[frame - 1] <= 0:  # the optimisation begins: its history is the blended motion
             last = problem.centres_of(qpos[frame - 1])
             before_last = problem.centres_of(qpos[max(frame - 2, 0)])
-        blended = problem.set_frame(qpos[frame], _present(centres[frame]), last, before_last)
+        blended = problem.set_frame(qpos[frame], _present(goals[frame]), last, before_last)
         start = np.clip(blended, problem.low, problem.high)
         if frame > 0:
             warm = np.clip(blended + change[frame - 1], problem.low, problem.high)
@@ -275,6 +304,8 @@ def optimise_postures(
     out = qpos.copy()
     hinges = out[:, _UPPER_QPOS] + share[:, None] * change
     out[:, _UPPER_QPOS] = np.where(share[:, None] > 0, np.clip(hinges, problem.low, problem.high), out[:, _UPPER_QPOS])
+    if settings.support_smoothing > 0:
+        _repair(problem, out, com[:, :2], centres, share, fps)
 
     before, after = np.full((n, 4), np.nan), np.full((n, 4), np.nan)
     last = before_last = None
@@ -282,12 +313,29 @@ def optimise_postures(
         if frame > 0 and share[frame - 1] <= 0:
             last = problem.centres_of(qpos[frame - 1])
             before_last = problem.centres_of(qpos[max(frame - 2, 0)])
-        blended = problem.set_frame(qpos[frame], _present(centres[frame]), last, before_last)
+        blended = problem.set_frame(qpos[frame], _present(goals[frame]), last, before_last)
         final = out[frame, _UPPER_QPOS]
         before[frame] = _row(problem.costs(blended))
         after[frame] = _row(problem.costs(final))
         last, before_last = problem.body_centres(final), last
-    return OptimisedPostures(out, before, after, steps)
+    return OptimisedPostures(out, before, after, steps, goals)
+
+
+def _repair(problem: PostureProblem, qpos: Array, com: Array, centres: Array, share: Array, fps: float) -> None:
+    """Change postures in place so that the COM is nearer to the support centre than `com`, by the least hinge changes."""
+    pull = centres - com
+    moved = np.zeros_like(com)
+    active = np.flatnonzero(share > 0)
+    for _ in range(_REPAIRS):
+        moved[active] = [problem.com_of(qpos[frame]) for frame in active] - com[active]
+        push = displacement_repair(moved, pull, share, _REPAIR_S * fps)
+        frames = np.flatnonzero(np.abs(push).max(axis=1) > _REPAIRED_M)
+        if len(frames) == 0:
+            return
+        for frame in frames.tolist():
+            jacobian = problem.com_jacobian(qpos[frame])
+            change = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T, push[frame])
+            qpos[frame, _UPPER_QPOS] = np.clip(qpos[frame, _UPPER_QPOS] + change, problem.low, problem.high)
 
 
 def _present(centre: Array) -> Array | None:

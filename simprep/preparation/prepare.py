@@ -42,7 +42,7 @@ class Record:
         com: (T, 3) COM of the result [m].
         support: T support polygons (M, 2) [m], None in flight.
         centre: (T, 2) centre of the support polygon (paper: COS) [m]; NaN in flight.
-        smooth_centre: (T, 2) that centre as C_b uses it, smoothed in time.
+        goal: (T, 2) where C_b wanted the COM on the floor [m]; NaN where it was left out.
         locomotion_contacts: (T, 2) foot contacts of the locomotion.
         foot_error: (T, 2) distance of the ankle from where inverse kinematics should have put it [m].
         pelvis_drop: (T,) how far the pelvis was lowered for the legs to reach [m].
@@ -60,7 +60,7 @@ class Record:
     com: Array
     support: tuple[Array | None, ...]
     centre: Array
-    smooth_centre: Array
+    goal: Array
     locomotion_contacts: NDArray[np.bool_]
     foot_error: Array
     pelvis_drop: Array
@@ -135,9 +135,9 @@ def prepare(
             )
         else:
             sole = kinematics.foot_points[..., 2].min(axis=2)
-            goal = (1 - root_weight)[:, None] * sole + root_weight[:, None] * reference.sole_height
+            sole_goal = (1 - root_weight)[:, None] * sole + root_weight[:, None] * reference.sole_height
             soles_after = blended.foot_points[..., 2].min(axis=2) - source.qpos[:, 2:3]
-            height = support_root_height(goal, soles_after, support_share(source.contacts, source.fps))
+            height = support_root_height(sole_goal, soles_after, support_share(source.contacts, source.fps))
         qpos[:, 2] = np.where(touched, height, source.qpos[:, 2])
         planted = plant_feet(
             qpos, kinematics, source.contacts, root_weight, reference.sole_height, source.fps, source.body, settings
@@ -151,15 +151,16 @@ def prepare(
     if touched.any():
         contacts = contacts | resting_feet(kinematics.foot_points, root_weight, reference, source.fps)
     support = support_polygons(kinematics.foot_points, contacts)
-    smooth_centre = support_centres(support, source.fps, settings.support_smoothing)
+    centre = support_centres(support)
+    goal = np.full((len(qpos), 2), np.nan)
     com = com_before = kinematics.com
     costs_before = costs_after = np.full((len(qpos), 4), np.nan)
     steps = np.zeros(len(qpos), dtype=np.int64)
     if optimise and (level >= settings.threshold).any():
         optimised = optimise_postures(
-            qpos, smooth_centre, change_share(level, source.fps, settings), source.fps, source.body, settings
+            qpos, com, centre, change_share(level, source.fps, settings), source.fps, source.body, settings
         )
-        qpos, steps = optimised.qpos, optimised.steps
+        qpos, steps, goal = optimised.qpos, optimised.steps, optimised.goals
         costs_before, costs_after = optimised.before, optimised.after
         com = forward_kinematics(qpos, source.body).com
     motion = replace(
@@ -181,8 +182,8 @@ def prepare(
         com_before=com_before,
         com=com,
         support=tuple(support),
-        centre=support_centres(support, source.fps),
-        smooth_centre=smooth_centre,
+        centre=centre,
+        goal=goal,
         locomotion_contacts=source.contacts,
         foot_error=foot_error,
         pelvis_drop=drop,

@@ -2,7 +2,6 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
 
 Array = NDArray[np.float64]
 
@@ -83,22 +82,13 @@ def support_polygons(foot_points: Array, contacts: NDArray[np.bool_]) -> list[Ar
     ]
 
 
-def support_centres(polygons: list[Array | None], fps: float, smoothing: float = 0.0) -> Array:
+def support_centres(polygons: list[Array | None]) -> Array:
     """Centre of the support polygon over time (paper: COS).
 
     Args:
         polygons: T polygons or None.
-        fps: frames per second [1/s].
-        smoothing: standard deviation of a Gaussian in time [s]; frames without support take no part.
 
     Returns:
         (T, 2) [m]; NaN where no foot supports.
     """
-    centre = np.array([polygon_centre(hull) if hull is not None else np.full(2, np.nan) for hull in polygons])
-    if smoothing <= 0:
-        return centre
-    valid = ~np.isnan(centre[:, :1])
-    sigma = smoothing * fps
-    total = gaussian_filter1d(np.where(valid, centre, 0.0), sigma, axis=0, mode="nearest")
-    share = gaussian_filter1d(valid.astype(np.float64), sigma, axis=0, mode="nearest")
-    return np.where(valid, total / np.maximum(share, 1e-12), np.nan)
+    return np.array([polygon_centre(hull) if hull is not None else np.full(2, np.nan) for hull in polygons])
