@@ -25,6 +25,7 @@ class Output:
     def __init__(self, as_json: bool) -> None:
         self.as_json = as_json
         self._stdout = sys.stdout
+        self.warnings: list[str] = []
         self.console = _console(sys.stderr if as_json else sys.stdout)
         self.progress_console = _console(sys.stderr)
 
@@ -33,7 +34,8 @@ class Output:
         self.console.print(what, highlight=False)
 
     def warn(self, text: str) -> None:
-        """Print one line of warning on stderr."""
+        """Print one line of warning on stderr, and keep it for the record."""
+        self.warnings.append(text)
         self.progress_console.print(f"warning: {text}", style="yellow", markup=False, highlight=False, soft_wrap=True)
 
     def result(self, content: Mapping[str, Any]) -> None:

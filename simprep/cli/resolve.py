@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,20 +16,24 @@ FILE_TYPES = (".npz", ".bvh", ".amc (with its .asf beside it)", ".json")
 DEFAULT_LOOP_S = 6.0
 
 
-def resolve_motion(text: str) -> Motion:
+def resolve_motion(text: str, warn: Callable[[str], None]) -> Motion:
     """The motion a person means.
 
     Args:
         text: name of a built-in motion, or path of a motion file.
+        warn: receives what an import decided, adapted or left out, a line each.
 
     Raises:
         UnknownNameError: neither; the message lists the built-in names and the file types.
         MotionFileError: it looks like a path, and the file is missing or cannot be read.
     """
     if Path(text).suffix or len(Path(text).parts) > 1:
-        from simprep.motion.load import load_motion
+        from simprep.motion.load import import_motion
 
-        return load_motion(text)
+        result = import_motion(text)
+        for line in result.report.warnings:
+            warn(f"{Path(text).name}: {line}")
+        return result.motion
 
     from simprep.library import library_motion, library_names
 

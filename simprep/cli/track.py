@@ -67,7 +67,8 @@ class Track:
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.cli.resolve import resolve_motion, select
 
-        motion = select(resolve_motion(self.motion), self.frames, self.seconds)  # a bad file fails before the imports
+        # a bad file fails before the heavier imports
+        motion = select(resolve_motion(self.motion, output.warn), self.frames, self.seconds)
         from simprep.metrics.evaluate import evaluate_run
         from simprep.physics.store import save_run
         from simprep.physics.track import track
@@ -104,6 +105,7 @@ class Track:
         if not self.no_pictures:
             files += _strip(run, folder, output)
         files.append(folder / "metrics.json")
+        content["warnings"] = output.warnings
         content["files"] = [path.name for path in files]
         write_json(folder / "metrics.json", content)
         output.say(f"{motion.name} with {run.controller}: {run.end} at {run.end_s:.2f} s ({run.end_reason})")

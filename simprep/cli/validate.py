@@ -72,7 +72,7 @@ class Validate:
             raise KeyboardInterrupt(f"{len(content['cases'])} finished cases are kept in {self.out}")
 
     def _run(self, output: Output) -> tuple[dict[str, Any], bool]:
-        plan = self._plan()  # a bad file fails before the imports
+        plan = self._plan(output)  # a bad file fails before the imports
         from simprep.study.pictures import draw_study
         from simprep.study.tables import study_tables
         from simprep.study.validate import run_study
@@ -86,14 +86,14 @@ class Validate:
         files = [*study.files]
         if not self.no_pictures and study.results:
             files += draw_study(study, self.out, output.warn)
-        write_study(study, self.out, output_module.arguments, files)
+        write_study(study, self.out, output_module.arguments, files, output.warnings)
         for table in study_tables(study):
             output.say(table)
         output.say(f"{len(study.results)} of {len(plan.cases())} cases in {study.wall_s:.0f} s")
         output.say(f"written: {self.out}: metrics.json and {len(files)} more files")
         return study_record(study), study.complete
 
-    def _plan(self) -> "StudyPlan":
+    def _plan(self, output: Output) -> "StudyPlan":
         from simprep.cli.resolve import resolve_motion
         from simprep.errors import SettingError
         from simprep.study.plan import StudyPlan
@@ -103,9 +103,9 @@ class Validate:
         names = self.target or (ALL_TARGETS if self.full else DEFAULT_TARGETS)
         if self.target_frame is not None and len(names) != 1:
             raise SettingError(f"--target-frame with {len(names)} targets; valid: with exactly one --target")
-        targets = tuple(self._marked(resolve_motion(name)) for name in names)
+        targets = tuple(self._marked(resolve_motion(name, output.warn)) for name in names)
         return StudyPlan(
-            locomotion=resolve_motion(self.locomotion),
+            locomotion=resolve_motion(self.locomotion, output.warn),
             targets=targets,
             alphas=self.alpha or (ALL_ALPHAS if self.full else DEFAULT_ALPHAS),
             controllers=self.controllers,

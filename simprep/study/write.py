@@ -76,7 +76,9 @@ def mark_unfinished(plan: StudyPlan, folder: Path, arguments: Sequence[str]) -> 
     return write_json(folder / "metrics.json", {**plan_record(plan, arguments), "complete": False, "cases": []})
 
 
-def write_study(study: Study, folder: Path, arguments: Sequence[str], files: Sequence[Path]) -> Path:
+def write_study(
+    study: Study, folder: Path, arguments: Sequence[str], files: Sequence[Path], warnings: Sequence[str] = ()
+) -> Path:
     """Write metrics.json; last of all files, since it says whether the study is complete.
 
     Args:
@@ -84,7 +86,9 @@ def write_study(study: Study, folder: Path, arguments: Sequence[str], files: Seq
         folder: where results go.
         arguments: the command line after `simprep`.
         files: what else was written there.
+        warnings: what was said about the motions and pictures.
     """
     record = {**plan_record(study.plan, arguments), **study_record(study)}
+    record["warnings"] = list(warnings)
     record["files"] = sorted(str(path.relative_to(folder)) for path in files)
     return write_json(folder / "metrics.json", record)
