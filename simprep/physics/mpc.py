@@ -53,9 +53,9 @@ class MpcSettings:
     horizon: float = 0.4
     replan: float = 1 / 30
     knot_spacing: float = 0.1
-    samples: int = 40
+    samples: int = 32
     iterations: int = 2
-    elites: int = 16
+    elites: int = 12
     keep: int = 4
     shrink: float = 0.7
     temperature: float = 0.5
