@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from simprep.humanoid import humanoid_model
 from simprep.metrics.dynamics import GRAVITY, residual_wrench, whole_body, zero_moment_point
 from simprep.metrics.smoothing import smooth_motion
-from simprep.metrics.support import signed_distance, support_centre, support_mask
 from simprep.motion.edit import sample
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
+from simprep.motion.support import signed_distance, support_centre, support_points
 
 _LOWEST_PENDULUM_M = 0.2
 _RESIDUAL_STRIDE = 2  # of the 60 Hz frames: the contact problem is solved at 30 Hz
@@ -95,10 +95,8 @@ def balance(motion: Motion, friction: float = 1.0) -> Balance:
     body = whole_body(model, smooth.qpos, smooth.qvel, smooth.qacc)
     # positions come from the poses as they are: the filter would smear a foot's touch-down over its stance
     poses = forward_kinematics(sample(motion, smooth.time), motion.body)
-    n = len(smooth.time)
-    mask = support_mask(poses.foot_points, smooth.contacts).reshape(n, -1)
-    points = poses.foot_points.reshape(n, -1, 3)
-    floor = points[..., :2]
+    floor, mask = support_points(poses.foot_points, smooth.contacts)
+    points = poses.foot_points.reshape(len(smooth.time), -1, 3)
     com = poses.com[:, :2]
     centre = support_centre(floor, mask)
     xcom = extrapolated_com(poses.com, body.com_velocity)

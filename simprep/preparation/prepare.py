@@ -11,12 +11,12 @@ from simprep.motion.contacts import stances
 from simprep.motion.edit import cut, loop_displacement, repeat
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
+from simprep.motion.support import polygons, support_centre, support_points
 from simprep.preparation.blending import blend_hinges, joint_weights
 from simprep.preparation.planting import plant_feet
 from simprep.preparation.posture_optimisation import optimise_postures
 from simprep.preparation.reference_posture import ReferencePosture, reference_posture
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
-from simprep.preparation.support import support_centres, support_polygons
 from simprep.preparation.trajectory import blend_root, mean_root_height, support_root_height, support_share
 
 Array = NDArray[np.float64]
@@ -40,7 +40,7 @@ class Record:
         steps: (T,) descent steps.
         com_before: (T, 3) COM before the optimisation [m].
         com: (T, 3) COM of the result [m].
-        support: T support polygons (M, 2) [m], None in flight.
+        support: T support polygons (M, 2) [m], M = 0 in flight.
         centre: (T, 2) centre of the support polygon (paper: COS) [m]; NaN in flight.
         goal: (T, 2) where C_b wanted the COM on the floor [m]; NaN where it was left out.
         locomotion_contacts: (T, 2) foot contacts of the locomotion.
@@ -58,7 +58,7 @@ class Record:
     steps: NDArray[np.int64]
     com_before: Array
     com: Array
-    support: tuple[Array | None, ...]
+    support: tuple[Array, ...]
     centre: Array
     goal: Array
     locomotion_contacts: NDArray[np.bool_]
@@ -150,8 +150,8 @@ def prepare(
     contacts = source.contacts
     if touched.any():
         contacts = contacts | resting_feet(kinematics.foot_points, root_weight, reference, source.fps)
-    support = support_polygons(kinematics.foot_points, contacts)
-    centre = support_centres(support)
+    floor, mask = support_points(kinematics.foot_points, contacts)
+    centre = support_centre(floor, mask)
     goal = np.full((len(qpos), 2), np.nan)
     com = com_before = kinematics.com
     costs_before = costs_after = np.full((len(qpos), 4), np.nan)
@@ -181,7 +181,7 @@ def prepare(
         steps=steps,
         com_before=com_before,
         com=com,
-        support=tuple(support),
+        support=tuple(polygons(floor, mask)),
         centre=centre,
         goal=goal,
         locomotion_contacts=source.contacts,

@@ -9,9 +9,9 @@ from simprep.errors import MotionError
 from simprep.humanoid import BODIES
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
+from simprep.motion.support import inside, support_points
 from simprep.preparation.blending import split_heading
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
-from simprep.preparation.support import inside, support_polygons
 
 TARGET_EVENT = "target"
 
@@ -72,8 +72,7 @@ def reference_posture(target: Motion, settings: PreparationSettings = DEFAULT_SE
     marked = target_frame(target)
     kinematics = forward_kinematics(target.qpos[: marked + 1], target.body)
     contacts = target.contacts[: marked + 1]
-    polygons = support_polygons(kinematics.foot_points, contacts)
-    balanced = np.array([hull is not None and inside(com[:2], hull) for hull, com in zip(polygons, kinematics.com)])
+    balanced = inside(*support_points(kinematics.foot_points, contacts), kinematics.com[:, :2])
     same_contacts = (contacts == contacts[0]).all(axis=1)
     heading, _ = split_heading(target.qpos[: marked + 1, 3:7])
     offset = kinematics.xpos[:, _LEG_JOINTS] - kinematics.xpos[:, :1]  # (T, 6, 3)

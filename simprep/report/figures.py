@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from simprep.errors import MissingExtraError
-from simprep.metrics.support import polygon, signed_distance, support_centre, support_mask
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.motion import Motion
+from simprep.motion.support import polygons, signed_distance, support_centre, support_points
 from simprep.report.record import atomic_path
 
 COLOURS = ("#5b616b", "#b8860b", "#2f6fb3", "#c2452d", "#3a8a4d", "#7a4fa3")
@@ -68,7 +68,7 @@ def support_margin(motion: Motion) -> Series:
     kinematics = forward_kinematics(motion.qpos, motion.body)
     width = 2 * round(motion.fps * DEBOUNCE_S / 2) + 1
     contacts = median_filter(motion.contacts.astype(np.uint8), size=(width, 1), mode="nearest").astype(bool)
-    points, mask = _floor_points(kinematics, contacts)
+    points, mask = support_points(kinematics.foot_points, contacts)
     return motion.times, signed_distance(points, mask, kinematics.com[:, :2])
 
 
@@ -148,16 +148,18 @@ def plot_blending_curves(
 
 
 def _draw_support(axes: Any, kinematics: Kinematics, contacts: NDArray[np.bool_], index: int) -> None:
-    points, mask = _floor_points(kinematics, contacts)
+    points, mask = support_points(kinematics.foot_points[index : index + 1], contacts[index : index + 1])
     com = kinematics.com[index, :2]
-    middle = points[index].mean(axis=0)
-    for side, colour in enumerate(("#2f6fb3", "#c2452d")):
-        sole = polygon(kinematics.foot_points[index, side, :, :2]) - middle
-        axes.fill(*sole.T, facecolor=colour if contacts[index, side] else "none", edgecolor=colour, alpha=0.45, lw=0.8)
-    corners = polygon(points[index], mask[index]) - middle
+    middle = points[0].mean(axis=0)
+    soles = kinematics.foot_points[index, ..., :2]
+    outlines = polygons(soles, np.ones(soles.shape[:2], dtype=bool))
+    for outline, stands, colour in zip(outlines, contacts[index], ("#2f6fb3", "#c2452d")):
+        sole = (outline - middle).T
+        axes.fill(*sole, facecolor=colour if stands else "none", edgecolor=colour, alpha=0.45, lw=0.8)
+    corners = polygons(points, mask)[0] - middle
     if len(corners):
         axes.fill(*corners.T, facecolor="#9aa3ad", edgecolor="#5b616b", alpha=0.3, label="support polygon")
-        centre = support_centre(points[index : index + 1], mask[index : index + 1])[0]
+        centre = support_centre(points, mask)[0]
         axes.plot(*np.stack([com, centre]).T - middle[:, None], color="black", lw=0.7)
         axes.plot(*(centre - middle), "+", color="black", ms=8, label="centre of support")
     axes.plot(*(com - middle), "o", color="#111111", ms=4, label="COM")
@@ -165,12 +167,6 @@ def _draw_support(axes: Any, kinematics: Kinematics, contacts: NDArray[np.bool_]
     axes.set_xlim(-0.55, 0.55)
     axes.set_ylim(-0.45, 0.45)
     axes.tick_params(labelsize=6)
-
-
-def _floor_points(kinematics: Kinematics, contacts: NDArray[np.bool_]) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    frames = len(contacts)
-    points = kinematics.foot_points[..., :2].reshape(frames, -1, 2)  # (T, 8, 2)
-    return points, support_mask(kinematics.foot_points, contacts).reshape(frames, -1)
 
 
 def _robust_limits(values: list[NDArray[np.float64]]) -> tuple[float, float]:

@@ -14,7 +14,6 @@ from simprep.motion.motion import Motion
 from simprep.preparation.posture_optimisation import N_UPPER, PostureProblem
 from simprep.preparation.prepare import Preparation, Record, prepare
 from simprep.preparation.settings import PreparationSettings
-from simprep.preparation.support import convex_hull, inside, polygon_centre
 
 UPPER = slice(7, 7 + N_UPPER)
 
@@ -188,19 +187,6 @@ def test_skipped_below_the_threshold_and_eased_in_above(walk, punch):
     assert change[at] < 0.02 < np.abs(hard - blended)[at].max()  # rad: no jump at the threshold
     assert (prepared[:, :7] == blended[:, :7]).all()
     assert (prepared[:, N_QPOS - len(LOWER_BODY_HINGES) :] == blended[:, N_QPOS - len(LOWER_BODY_HINGES) :]).all()
-
-
-def test_support_polygon_of_a_square_and_of_degenerate_points():
-    square = convex_hull(np.array([[0, 0], [2, 0], [2, 2], [0, 2], [1, 1], [2, 0]], float))
-    assert len(square) == 4
-    np.testing.assert_allclose(polygon_centre(square), [1, 1])
-    assert inside(np.array([0.5, 1.9]), square)
-    assert not inside(np.array([2.1, 1.0]), square)
-    line = convex_hull(np.array([[0, 0], [1, 1], [2, 2]], float))
-    np.testing.assert_allclose(polygon_centre(line), [1, 1])
-    assert not inside(np.array([1.0, 1.0]), line)
-    triangle = convex_hull(np.array([[10, 0], [13, 0], [10, 3]], float))
-    np.testing.assert_allclose(polygon_centre(triangle), [11, 1])
 
 
 def test_without_our_smoothing_every_frame_comes_closer_to_the_raw_support_centre(walk, punch):

@@ -10,25 +10,23 @@ from numpy.typing import NDArray
 _SAME_M = 1e-6
 
 
-def support_mask(
-    foot_points: NDArray[np.float64], contacts: NDArray[np.bool_], roll_height: float | None = None
-) -> NDArray[np.bool_]:
-    """Which foot points span the support polygon.
+def support_points(
+    foot_points: NDArray[np.float64], contacts: NDArray[np.bool_]
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Points on the floor that span the support polygon: every point of every supporting foot.
+
+    That is the 2013 paper's convention: a foot that has rolled onto its toes still counts with its whole sole.
 
     Args:
         foot_points: (T, 2, P, 3) points under the left and right foot, world [m].
         contacts: (T, 2) supporting feet.
-        roll_height: None: every point of a supporting foot (the paper's convention; a foot that has rolled onto its
-            toes still counts with its whole sole). Else only points at most this far above the foot's lowest [m].
 
     Returns:
-        (T, 2, P).
+        Points (T, 2 P, 2) on the floor [m], left foot first, and which of them count (T, 2 P).
     """
-    mask = np.repeat(contacts[:, :, None], foot_points.shape[2], axis=2)
-    if roll_height is None:
-        return mask
-    height = foot_points[..., 2]
-    return np.asarray(mask & (height <= height.min(axis=2, keepdims=True) + roll_height))
+    frames, feet, count, _ = foot_points.shape
+    mask = np.repeat(np.asarray(contacts, dtype=bool), count, axis=1)
+    return foot_points[..., :2].reshape(frames, feet * count, 2), mask
 
 
 def hull_edges(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -61,7 +59,7 @@ def hull_edges(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[
 
 
 def support_centre(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Centre of the support polygon: the area centroid; the midpoint of a segment; the point itself.
+    """Centre of the support polygon (the 2013 paper's COS): the area centroid; the midpoint of a segment; the point itself.
 
     Args:
         points: (T, P, 2) [m].
@@ -109,34 +107,54 @@ def signed_distance(
     along = (edge * to_query).sum(axis=-1) / np.maximum(length, _SAME_M) ** 2
     foot = start + np.clip(along, 0.0, 1.0)[..., None] * edge
     distance = np.where(edges, np.linalg.norm(query[:, None, None, :] - foot, axis=-1), np.inf).min(axis=(1, 2))
-    left = edge[..., 0] * to_query[..., 1] - edge[..., 1] * to_query[..., 0]
-    inside = ((left >= 0) | ~edges).all(axis=(1, 2)) & (edges.sum(axis=(1, 2)) >= 3)
     to_points = np.where(mask, np.linalg.norm(query[:, None] - points, axis=-1), np.inf).min(axis=1, initial=np.inf)
     distance = np.where(np.isfinite(distance), distance, to_points)  # a single point has no edges
     undefined = ~mask.any(axis=1) | ~np.isfinite(query).all(axis=1)
-    return np.where(undefined, np.nan, np.where(inside, distance, -distance))
+    return np.where(undefined, np.nan, np.where(_inside(points, edges, query), distance, -distance))
 
 
-def polygon(points: NDArray[np.float64], mask: NDArray[np.bool_] | None = None) -> NDArray[np.float64]:
-    """Corners of one frame's support polygon, for drawing.
+def inside(points: NDArray[np.float64], mask: NDArray[np.bool_], query: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Whether a floor point lies in the support polygon, its edge included; never in a segment or a single point.
 
     Args:
-        points: (P, 2) [m].
-        mask: (P,) points that count; None for all.
+        points: (T, P, 2) [m].
+        mask: (T, P) points that count.
+        query: (T, 2) [m].
 
     Returns:
-        (k, 2) counter-clockwise; two for a segment, one for a point, none without support.
+        (T,).
     """
-    points = np.asarray(points, dtype=np.float64)
-    mask = np.ones(len(points), dtype=bool) if mask is None else np.asarray(mask, dtype=bool)
-    edges = hull_edges(points[None], mask[None])[0]
-    if not edges.any():
-        return points[mask][:1]
-    first = corner = int(np.flatnonzero(edges.any(axis=1))[0])
-    order = []
-    for _ in range(len(points)):
-        order.append(corner)
-        corner = int(np.argmax(edges[corner]))
-        if corner == first:
-            break
-    return points[order]
+    return _inside(points, hull_edges(points, mask), query)
+
+
+def polygons(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> list[NDArray[np.float64]]:
+    """Corners of every frame's support polygon.
+
+    Args:
+        points: (T, P, 2) [m].
+        mask: (T, P) points that count.
+
+    Returns:
+        T arrays (k, 2), counter-clockwise; two corners for a segment, one for a point, none without support.
+    """
+    points, mask = np.asarray(points, dtype=np.float64), np.asarray(mask, dtype=bool)
+    edges = hull_edges(points, mask)
+    is_corner = edges.any(axis=2)
+    count = is_corner.sum(axis=1)
+    first = np.where(count > 0, is_corner.argmax(axis=1), mask.argmax(axis=1))  # a single point has no edges
+    following, rows = edges.argmax(axis=2), np.arange(len(points))
+    order = np.empty(mask.shape, dtype=np.intp)
+    corner = first
+    for place in range(mask.shape[1]):
+        order[:, place] = corner
+        corner = following[rows, corner]
+    corners = points[rows[:, None], order]
+    count = np.maximum(count, mask.any(axis=1))
+    return [some[:k] for some, k in zip(corners, count.tolist())]
+
+
+def _inside(points: NDArray[np.float64], edges: NDArray[np.bool_], query: NDArray[np.float64]) -> NDArray[np.bool_]:
+    edge = points[:, None, :, :] - points[:, :, None, :]
+    to_query = query[:, None, None, :] - points[:, :, None, :]
+    left = edge[..., 0] * to_query[..., 1] - edge[..., 1] * to_query[..., 0]
+    return np.asarray(((left >= 0) | ~edges).all(axis=(1, 2)) & (edges.sum(axis=(1, 2)) >= 3))

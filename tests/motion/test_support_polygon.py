@@ -2,14 +2,22 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from simprep.metrics.support import polygon, signed_distance, support_centre, support_mask
+from simprep.motion.support import inside, polygons, signed_distance, support_centre, support_points
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
 
 
+def polygon(points, mask=None):
+    points = np.asarray(points, dtype=float)
+    return polygons(points[None], np.ones((1, len(points)), dtype=bool) if mask is None else mask[None])[0]
+
+
 def one(points, query):
     mask = np.ones((1, len(points)), dtype=bool)
-    return float(signed_distance(np.asarray(points)[None], mask, np.asarray(query, dtype=float)[None])[0])
+    points, query = np.asarray(points)[None], np.asarray(query, dtype=float)[None]
+    distance = float(signed_distance(points, mask, query)[0])
+    assert inside(points, mask, query)[0] == (distance >= 0 and len(polygon(points[0])) > 2)
+    return distance
 
 
 def test_square_with_inner_collinear_and_repeated_points():
@@ -33,6 +41,9 @@ def test_degenerate_support():
     assert np.isnan(signed_distance(np.zeros((1, 2, 2)), nothing, np.zeros((1, 2)))).all()
     assert np.isnan(support_centre(np.zeros((1, 2, 2)), nothing)).all()
     assert polygon(np.zeros((3, 2)), np.zeros(3, dtype=bool)).shape == (0, 2)
+    assert not inside(np.zeros((1, 2, 2)), nothing, np.zeros((1, 2))).any()
+    np.testing.assert_array_equal(polygon(segment), [[0, 0], [1, 1]])
+    np.testing.assert_array_equal(polygon([[9, 9], [1, 2], [1, 2]], np.array([False, True, True])), [[1, 2]])
 
 
 def test_agrees_with_qhull_on_random_points():
@@ -41,11 +52,16 @@ def test_agrees_with_qhull_on_random_points():
     mask = rng.random((60, 8)) < 0.8
     mask[:, :3] = True
     query = points.mean(axis=1) + rng.normal(size=(60, 2)) * 0.15
-    centre, distance = support_centre(points, mask), signed_distance(points, mask, query)
+    centre, distance, corners_of = (
+        support_centre(points, mask),
+        signed_distance(points, mask, query),
+        polygons(points, mask),
+    )
+    np.testing.assert_array_equal(inside(points, mask, query), distance >= 0)
     for frame in range(60):
         hull = ConvexHull(points[frame][mask[frame]])
         corners = hull.points[hull.vertices]
-        assert polygon(points[frame], mask[frame]) == pytest.approx(np.roll(corners, _shift(corners, points[frame]), 0))
+        assert corners_of[frame] == pytest.approx(np.roll(corners, _shift(corners, points[frame]), 0))
         fan = np.stack([np.broadcast_to(corners[0], corners[1:-1].shape), corners[1:-1], corners[2:]], axis=1)
         a, b = fan[:, 1] - fan[:, 0], fan[:, 2] - fan[:, 0]
         area = a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
@@ -78,9 +94,8 @@ def test_turning_the_floor_changes_nothing():
     assert support_centre(moved_points, mask) == pytest.approx(support_centre(points, mask) @ turn + [30.0, -7.0])
 
 
-def test_rolled_foot_stands_on_its_toes_if_asked():
-    points = np.zeros((1, 2, 4, 3))
-    points[0, 0, 0, 2] = 0.08  # left heel up
-    contacts = np.array([[True, False]])
-    assert support_mask(points, contacts).sum() == 4
-    assert support_mask(points, contacts, roll_height=0.03)[0].tolist() == [[False, True, True, True], [False] * 4]
+def test_whole_soles_of_the_feet_that_stand():
+    points = np.arange(48.0).reshape(2, 2, 4, 3)
+    floor, mask = support_points(points, np.array([[True, False], [False, True]]))
+    np.testing.assert_array_equal(floor[0][mask[0]], points[0, 0, :, :2])
+    np.testing.assert_array_equal(floor[1][mask[1]], points[1, 1, :, :2])
