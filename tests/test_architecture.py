@@ -7,7 +7,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1] / "simprep"
 FLOW = ("motion", "library", "preparation", "physics", "metrics", "report", "study", "cli")
-BASE = ("errors", "humanoid", "scene")
+BASE = ("errors", "files", "humanoid", "scene")
 
 
 def imported_parts(source: str) -> set[str]:

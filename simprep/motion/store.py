@@ -1,8 +1,6 @@
 """simprep's own motion file: one .npz with a schema version and the identity of the model its poses belong to."""
 
 import json
-import os
-import tempfile
 import zipfile
 import zlib
 from pathlib import Path
@@ -10,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from simprep.errors import MotionFileError, SimprepError
+from simprep.files import atomic_path
 from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, Body
 from simprep.motion.motion import Motion
 
@@ -31,7 +30,6 @@ def save_motion(motion: Motion, path: str | Path) -> Path:
     path = Path(path)
     if path.suffix != ".npz":
         path = path.with_name(path.name + ".npz")
-    path.parent.mkdir(parents=True, exist_ok=True)
     header = {
         "schema": SCHEMA,
         "model": MODEL_NAME,
@@ -45,14 +43,8 @@ def save_motion(motion: Motion, path: str | Path) -> Path:
         "height_m": motion.body.height_m,
         "mass_kg": motion.body.mass_kg,
     }
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            np.savez_compressed(stream, header=np.array(json.dumps(header)), qpos=motion.qpos, contacts=motion.contacts)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    with atomic_path(path) as temporary, temporary.open("wb") as stream:
+        np.savez_compressed(stream, header=np.array(json.dumps(header)), qpos=motion.qpos, contacts=motion.contacts)
     return path
 
 

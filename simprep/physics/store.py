@@ -1,14 +1,13 @@
 """A run as a file: one .npz with states, controls, contacts and torques."""
 
 import json
-import os
-import tempfile
 from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from simprep.files import atomic_path
 from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION
 from simprep.physics.run import Run
 
@@ -25,8 +24,6 @@ def save_run(run: Run, path: str | Path) -> Path:
     Returns:
         The path written.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
     values = {field.name: getattr(run, field.name) for field in fields(run)}
     arrays = {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
     header: dict[str, Any] = {
@@ -45,13 +42,6 @@ def save_run(run: Run, path: str | Path) -> Path:
     }
     for name in ("controller", "seed", "timestep", "end", "end_s", "end_reason", "fell_at_s", "wall_s"):
         header[name] = values[name]
-    handle, temporary = tempfile.mkstemp(dir=path.parent, suffix=".part")
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            np.savez_compressed(stream, **{"header": np.array(json.dumps(header, default=str)), **arrays})  # type: ignore[arg-type]
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-    return path
+    with atomic_path(path) as temporary, temporary.open("wb") as stream:
+        np.savez_compressed(stream, **{"header": np.array(json.dumps(header, default=str)), **arrays})  # type: ignore[arg-type]
+    return Path(path)

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from simprep.errors import MissingExtraError
+from simprep.files import atomic_path
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.support import polygons, signed_distance, support_centre, support_points
-from simprep.report.record import atomic_path
 
 COLOURS = ("#5b616b", "#b8860b", "#2f6fb3", "#c2452d", "#3a8a4d", "#7a4fa3")
 DPI = 110

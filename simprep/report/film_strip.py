@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.errors import MissingExtraError, SettingError
+from simprep.files import atomic_path
 from simprep.motion.edit import sample
 from simprep.motion.motion import Motion
 from simprep.report.gl import Canvas, find_backend
-from simprep.report.record import atomic_path
 from simprep.scene import SceneSettings, build_scene
 
 HEADER_PX = 22

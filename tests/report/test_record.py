@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from simprep import __version__
-from simprep.report.record import atomic_path, jsonable, provenance, write_json
+from simprep.files import atomic_path
+from simprep.report.record import jsonable, provenance, write_json
 
 
 def test_everything_in_a_result_has_a_json_form():
