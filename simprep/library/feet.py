@@ -10,8 +10,9 @@ from scipy.interpolate import make_interp_spline
 
 from simprep.humanoid import DEFAULT_BODY, FOOT_GEOMS, Body, humanoid_model
 from simprep.library.curves import Curve, constant, minimum_jerk
-from simprep.library.limbs import SIGNS, axis_rotation
+from simprep.library.limbs import SIGNS
 from simprep.motion.kinematics import foot_geom_ids
+from simprep.motion.rotations import axis_rotation
 
 _HEEL, _TOE = FOOT_GEOMS.index("heel"), FOOT_GEOMS.index("toe")
 _DIFFERENCE_S = 1e-3  # step of the numerical derivatives at the ends of a swing
@@ -88,7 +89,7 @@ class FootPath:
         return position, self._rotation(turn, self.pitch(times)), ~swing
 
     def _rotation(self, toe_out: NDArray[np.float64], pitch: NDArray[np.float64]) -> NDArray[np.float64]:
-        return axis_rotation(2, SIGNS[self.side] * toe_out) @ axis_rotation(1, -pitch)
+        return axis_rotation("z", SIGNS[self.side] * toe_out) @ axis_rotation("y", -pitch)
 
     def _stance_position(self, stance: Stance, times: NDArray[np.float64]) -> NDArray[np.float64]:
         centres, _ = foot_spheres(self.side, self.body)

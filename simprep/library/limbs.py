@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.humanoid import DEFAULT_BODY, SIDES, Body, humanoid_model
+from simprep.motion.rotations import axis_rotation
 
 SIGNS = {"left": 1.0, "right": -1.0}
 """Abduction, rotation, inversion and pronation turn the other way on the right."""
@@ -55,27 +56,6 @@ def limb_lengths(body: Body = DEFAULT_BODY) -> LimbLengths:
         hip=np.array([model.body(f"{side}_thigh").pos for side in SIDES]),
         shoulder=np.array([model.body(f"{side}_upper_arm").pos for side in SIDES]),
     )
-
-
-def axis_rotation(axis: int, angle: NDArray[np.float64] | float) -> NDArray[np.float64]:
-    """Rotation matrices about a coordinate axis.
-
-    Args:
-        axis: 0, 1, 2 for x, y, z.
-        angle: (...) [rad].
-
-    Returns:
-        (..., 3, 3).
-    """
-    angle = np.asarray(angle, dtype=np.float64)
-    c, s = np.cos(angle), np.sin(angle)
-    out = np.zeros((*angle.shape, 3, 3))
-    i, j = (axis + 1) % 3, (axis + 2) % 3
-    out[..., axis, axis] = 1.0
-    out[..., i, i] = out[..., j, j] = c
-    out[..., i, j] = -s
-    out[..., j, i] = s
-    return out
 
 
 def _ball_joint_angles(rotation: NDArray[np.float64], sign: float) -> NDArray[np.float64]:
@@ -124,7 +104,7 @@ def leg_angles(
     behind, above = -lengths.thigh * np.sin(knee), lengths.shank + lengths.thigh * np.cos(knee)
     dorsiflexion = lean - np.arctan2(behind, above)
     dorsiflexion = np.arctan2(np.sin(dorsiflexion), np.cos(dorsiflexion))
-    thigh = foot_rotation @ axis_rotation(0, sign * inversion) @ axis_rotation(1, dorsiflexion - knee)
+    thigh = foot_rotation @ axis_rotation("x", sign * inversion) @ axis_rotation("y", dorsiflexion - knee)
     ball = _ball_joint_angles(np.swapaxes(pelvis_rotation, -1, -2) @ thigh, sign)
     return np.concatenate([ball, np.stack([knee, dorsiflexion, inversion], axis=-1)], axis=-1)
 

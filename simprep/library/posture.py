@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from simprep.humanoid import HINGES, hinge_index
 from simprep.library.curves import key_curve
-from simprep.library.limbs import axis_rotation
+from simprep.motion.rotations import axis_rotation
 
 Pose = Mapping[str, float]
 """Hinge angles by name [deg]; `arms_` before an arm hinge sets both sides."""
@@ -76,4 +76,4 @@ def trunk_rotation(
     Returns:
         (T, 3, 3).
     """
-    return axis_rotation(2, yaw) @ axis_rotation(1, pitch) @ axis_rotation(0, roll)
+    return axis_rotation("z", yaw) @ axis_rotation("y", pitch) @ axis_rotation("x", roll)

@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 from simprep.humanoid import SIDES
 from simprep.library.curves import Curve, constant, key_curve
 from simprep.library.feet import FootPath, Stance
-from simprep.library.limbs import SIGNS, arm_angles, axis_rotation, limb_lengths
+from simprep.library.limbs import SIGNS, arm_angles, limb_lengths
 from simprep.library.posture import Pose, key_poses, set_hinges, trunk_rotation
 from simprep.library.whole_body import HipRelative, Plan, solve_whole_body
 from simprep.motion.motion import Motion
+from simprep.motion.rotations import axis_rotation
 
 FPS = 60.0
 
@@ -189,7 +190,7 @@ def support_point(side: str, stance: Stance, forward: float = 0.05) -> NDArray[n
     Returns:
         (2,) on the floor [m].
     """
-    turn = axis_rotation(2, SIGNS[side] * stance.toe_out)
+    turn = axis_rotation("z", SIGNS[side] * stance.toe_out)
     return np.array([stance.x, stance.y]) + forward * turn[:2, 0]
 
 

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 
 from simprep.library.curves import key_curve
 from simprep.library.feet import FootPath, Stance, lowest_point
-from simprep.library.limbs import SIGNS, axis_rotation
+from simprep.library.limbs import SIGNS
 from simprep.library.posture import set_hinges, trunk_rotation
 from simprep.library.whole_body import Plan, solve_whole_body
 from simprep.motion.motion import Motion
+from simprep.motion.rotations import axis_rotation
 
 FPS = 60.0
 
@@ -126,7 +127,7 @@ def _foot_path(side: str, style: WalkStyle) -> FootPath:
     via = []
     for stance in stances[:-1]:
         for at, behind, clearance in _SWING:
-            rotation = axis_rotation(1, -cycle(np.array([at * period])))
+            rotation = axis_rotation("y", -cycle(np.array([at * period])))
             time = stance.start + at * period
             via.append((time, 0, stance.x + 2 * style.step_length * (1 - behind)))
             if clearance is None:
@@ -141,7 +142,7 @@ def _pressure_path(times: NDArray[np.float64], style: WalkStyle) -> NDArray[np.f
     for number in range(-2, 3):
         for side in ("left", "right"):
             stance = _placement(side, number, style)
-            turn = axis_rotation(2, SIGNS[side] * stance.toe_out)
+            turn = axis_rotation("z", SIGNS[side] * stance.toe_out)
             for share, forward, medial in _PRESSURE:
                 point = turn @ np.array([forward, -SIGNS[side] * medial, 0.0])
                 keys.append((stance.start + share * period, stance.x + point[0], stance.y + point[1]))

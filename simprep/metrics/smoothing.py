@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
-from simprep.motion.edit import multiply_quat
 from simprep.motion.motion import Motion
+from simprep.motion.rotations import multiply_quat
 
 SIGMA_S = 0.010
 GRID_HZ = 240.0

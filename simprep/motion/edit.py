@@ -9,6 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from simprep.errors import MotionError
 from simprep.humanoid import mirror_map
 from simprep.motion.motion import Motion
+from simprep.motion.rotations import multiply_quat
 
 
 def yaw(quat: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -22,26 +23,6 @@ def yaw(quat: NDArray[np.float64]) -> NDArray[np.float64]:
     """
     w, x, y, z = np.moveaxis(np.asarray(quat), -1, 0)
     return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
-
-
-def multiply_quat(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Hamilton product of quaternions, wxyz, broadcast over leading axes.
-
-    Args:
-        a: (..., 4).
-        b: (..., 4).
-    """
-    aw, ax, ay, az = np.moveaxis(np.asarray(a), -1, 0)
-    bw, bx, by, bz = np.moveaxis(np.asarray(b), -1, 0)
-    return np.stack(
-        [
-            aw * bw - ax * bx - ay * by - az * bz,
-            aw * bx + ax * bw + ay * bz - az * by,
-            aw * by - ax * bz + ay * bw + az * bx,
-            aw * bz + ax * by - ay * bx + az * bw,
-        ],
-        axis=-1,
-    )
 
 
 def move(motion: Motion, translation: tuple[float, float] = (0.0, 0.0), turn: float = 0.0) -> Motion:

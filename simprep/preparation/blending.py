@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import HINGES, UPPER_BODY_HINGES, hinge_index
-from simprep.motion.edit import multiply_quat
+from simprep.motion.rotations import multiply_quat
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]

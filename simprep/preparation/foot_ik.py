@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.humanoid import DEFAULT_BODY, FOOT_GEOMS, LEG_JOINTS, SIDES, Body, hinge_index, humanoid_model
+from simprep.motion.rotations import axis_rotation
 
 Array = NDArray[np.float64]
 
@@ -71,17 +72,6 @@ def legs(body: Body = DEFAULT_BODY) -> tuple[Leg, Leg]:
     return found[0], found[1]
 
 
-def rotation_matrix(quat: Array) -> Array:
-    """Rotation matrices of quaternions wxyz, (..., 4) to (..., 3, 3)."""
-    w, x, y, z = np.moveaxis(quat, -1, 0)
-    rows = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
-        [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
-        [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
-    ]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
-
-
 def solve_leg(
     leg: Leg, pelvis: Array, pelvis_rotation: Array, ankle: Array, foot_rotation: Array, knee_axis: Array
 ) -> Array:
@@ -120,9 +110,7 @@ def solve_leg(
     abduction = np.arcsin(np.clip(-thigh[:, 1, 2], -1, 1))
     rotation = np.arctan2(thigh[:, 1, 0], thigh[:, 1, 1])
     # knee about y, then ankle: R = Ry(d) Rx(i)
-    c, s, zero = np.cos(knee), np.sin(knee), np.zeros_like(knee)
-    bend = np.stack([np.stack([c, zero, s], -1), np.stack([zero, zero + 1, zero], -1), np.stack([-s, zero, c], -1)], -2)
-    ankle_rotation = np.einsum("tji,tjk->tik", thigh @ bend, foot)
+    ankle_rotation = np.einsum("tji,tjk->tik", thigh @ axis_rotation("y", knee), foot)
     dorsiflexion = np.arctan2(-ankle_rotation[:, 2, 0], ankle_rotation[:, 0, 0])
     inversion = np.arctan2(-ankle_rotation[:, 1, 2], ankle_rotation[:, 1, 1])
     angles = np.stack([flexion, abduction, rotation, knee, dorsiflexion, inversion], axis=1) * leg.sign

@@ -15,7 +15,8 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from simprep.humanoid import BODIES, DEFAULT_BODY, SIDES, Body
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import Kinematics, forward_kinematics
-from simprep.preparation.foot_ik import Leg, legs, rotation_matrix, solve_leg
+from simprep.motion.rotations import axis_rotation, rotation_matrix
+from simprep.preparation.foot_ik import Leg, legs, solve_leg
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
@@ -76,7 +77,7 @@ def plant_feet(
         origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
         shift, turn = _corrections(track, origin, contacts[:, side], weight, reference_height[side], fps, settings)
         goal[:, side] = track.ankle + shift
-        goal_rotation[:, side] = _turn(turn) @ track.rotation
+        goal_rotation[:, side] = axis_rotation("z", turn) @ track.rotation
         changed[:, side] = (np.abs(shift).max(axis=1) > _NOTHING) | (np.abs(turn) > _NOTHING)
     drop = _pelvis_drop(before, rotation, goal, changed, fps, body, settings)
     changed |= (drop > _NOTHING)[:, None]
@@ -231,12 +232,6 @@ def _fade(phase: Array, held: Array, slope: Array) -> Array:
 
 def _from_zero(steps: Array) -> Array:
     return np.concatenate([np.zeros((1, *steps.shape[1:])), steps]).cumsum(axis=0)
-
-
-def _turn(angle: Array) -> Array:
-    c, s, zero = np.cos(angle), np.sin(angle), np.zeros_like(angle)
-    rows = [[c, -s, zero], [s, c, zero], [zero, zero, zero + 1]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
 
 
 def _pelvis_drop(

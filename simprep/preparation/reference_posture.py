@@ -9,6 +9,7 @@ from simprep.errors import MotionError
 from simprep.humanoid import BODIES
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
+from simprep.motion.rotations import in_heading
 from simprep.motion.support import inside, support_points
 from simprep.preparation.blending import split_heading
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -76,9 +77,7 @@ def reference_posture(target: Motion, settings: PreparationSettings = DEFAULT_SE
     same_contacts = (contacts == contacts[0]).all(axis=1)
     heading, _ = split_heading(target.qpos[: marked + 1, 3:7])
     offset = kinematics.xpos[:, _LEG_JOINTS] - kinematics.xpos[:, :1]  # (T, 6, 3)
-    c, s = np.cos(heading)[:, None], np.sin(heading)[:, None]
-    x, y = c * offset[..., 0] + s * offset[..., 1], c * offset[..., 1] - s * offset[..., 0]
-    local = np.stack([x, y, offset[..., 2]], axis=-1)
+    local = in_heading(offset, heading)
     difference = ((local - local[0]) ** 2).sum(axis=(1, 2))
     fits = balanced & same_contacts & (difference <= settings.leg_threshold)
     found = bool(fits.any())

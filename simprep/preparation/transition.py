@@ -16,6 +16,7 @@ from simprep.motion.contacts import stances
 from simprep.motion.edit import cut, move
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.motion import Motion
+from simprep.motion.rotations import in_heading
 from simprep.preparation.blending import split_heading
 from simprep.preparation.planting import plant_feet
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -134,14 +135,9 @@ def _local(motion: Motion) -> tuple[Array, Array]:
     """Body positions relative to the root on the floor in its heading (T, 17, 3), and velocities in the same axes."""
     positions = forward_kinematics(motion.qpos, motion.body).xpos
     heading, _ = split_heading(motion.qpos[:, 3:7])
-    c, s = np.cos(heading)[:, None], np.sin(heading)[:, None]
-
-    def turn(v: Array) -> Array:
-        return np.stack([c * v[..., 0] + s * v[..., 1], c * v[..., 1] - s * v[..., 0], v[..., 2]], axis=-1)
-
     velocity = np.gradient(positions, 1 / motion.fps, axis=0) if len(motion) > 1 else np.zeros_like(positions)
     floor = np.concatenate([motion.qpos[:, :2], np.zeros((len(motion), 1))], axis=1)
-    return turn(positions - floor[:, None]), turn(velocity)
+    return in_heading(positions - floor[:, None], heading), in_heading(velocity, heading)
 
 
 def _place(target: Motion, entry: int, approach: Motion, frame: int, standing: Kinematics) -> Motion:

@@ -4,8 +4,8 @@ from metric_cases import rigid_motion, swaying_motion
 
 from simprep.metrics.smoothing import SIGMA_S, gaussian_derivatives, smooth_motion
 from simprep.metrics.transition import transition_peaks
-from simprep.motion.edit import multiply_quat
 from simprep.motion.motion import Motion
+from simprep.motion.rotations import multiply_quat
 
 
 @pytest.mark.parametrize("fps", [60.0, 100.0, 240.0, 480.0])

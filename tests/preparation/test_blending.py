@@ -5,7 +5,7 @@ import pytest
 
 from simprep.errors import SettingError, UnknownNameError
 from simprep.humanoid import HINGES, UPPER_BODY_HINGES, hinge_index
-from simprep.motion.edit import multiply_quat
+from simprep.motion.rotations import multiply_quat
 from simprep.preparation.blending import blending_weight, join_heading, joint_weights, split_heading
 from simprep.preparation.settings import CURVES, PreparationSettings
 

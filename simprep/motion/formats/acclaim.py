@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.errors import MotionFileError
-from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, axis_rotation, forward
+from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, forward
 from simprep.motion.formats.text import LARGEST, lines_of, number, open_text
+from simprep.motion.rotations import axis_rotation
 
 DEFAULT_FPS = 120.0
 """AMC files do not state their frame rate; CMU's, the usual source, are 120 frames/s."""

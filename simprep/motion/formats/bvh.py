@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.errors import MotionFileError
-from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, axis_rotation, forward, tidy_fps
+from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, forward, tidy_fps
 from simprep.motion.formats.text import lines_of, number, numbers, open_text
+from simprep.motion.rotations import axis_rotation
 
 MAX_JOINTS = 2000
 _CHANNELS = {f"{axis}{kind}": (kind, axis) for axis in "xyz" for kind in ("position", "rotation")}

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from simprep.errors import MotionFileError
-from simprep.motion.formats.skeleton import SourceClip, axis_rotation, forward, tidy_fps
+from simprep.motion.formats.skeleton import SourceClip, forward, tidy_fps
+from simprep.motion.rotations import axis_rotation
 
 _JOINTS = (
     # name, parent, offset from the parent [m], values in a frame (0: fixed, 1: angle about z, 4: quaternion)

@@ -76,23 +76,3 @@ def forward(
             world[:, joint] = world[:, parent] @ rotations[:, joint]
             positions[:, joint] = positions[:, parent] + (world[:, parent] @ offsets[:, joint, :, None])[..., 0]
     return positions, world
-
-
-def axis_rotation(axis: str, angle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotation matrices about a coordinate axis.
-
-    Args:
-        axis: `x`, `y` or `z`.
-        angle: (...) [rad].
-
-    Returns:
-        (..., 3, 3).
-    """
-    i = "xyz".index(axis)
-    j, k = (i + 1) % 3, (i + 2) % 3
-    out = np.zeros((*angle.shape, 3, 3))
-    out[..., i, i] = 1.0
-    out[..., j, j] = out[..., k, k] = np.cos(angle)
-    out[..., k, j] = np.sin(angle)
-    out[..., j, k] = -out[..., k, j]
-    return out
