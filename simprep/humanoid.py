@@ -21,6 +21,8 @@ MODEL_NAME = "simprep_humanoid"
 MODEL_VERSION = 1
 DEFAULT_HEIGHT_M = 1.75
 DEFAULT_MASS_KG = 75.0
+GRAVITY = 9.81
+"""Acceleration of free fall in the model [m/s^2]."""
 
 SIDES = ("left", "right")
 
@@ -30,6 +32,8 @@ BODIES = (
     "left_thigh", "left_shank", "left_foot", "right_thigh", "right_shank", "right_foot",
 )  # fmt: skip
 """The 17 bodies in model order (model body ids 1..17); each one's frame origin is the joint of that name."""
+FEET = (BODIES.index("left_foot"), BODIES.index("right_foot"))
+"""Left and right foot as indices into `BODIES`."""
 
 TRUNK_JOINTS = (
     "lumbar_flexion", "lumbar_bending", "lumbar_rotation", "thorax_flexion", "thorax_bending", "thorax_rotation",

@@ -11,10 +11,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import DEFAULT_BODY, Body, humanoid_model
+from simprep.humanoid import DEFAULT_BODY, GRAVITY, Body, humanoid_model
 from simprep.motion.kinematics import Kinematics
-
-GRAVITY = 9.81
 
 
 def second_difference(x: NDArray[np.float64], fps: float) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.humanoid import SIDES
 from simprep.library.curves import Curve, key_curve
 from simprep.library.feet import FootPath, Stance, ankle_height
 from simprep.library.limbs import SIGNS
@@ -92,9 +93,9 @@ def crawl(style: CrawlStyle | None = None) -> Motion:
 
 
 def _stances(lifts: list[float], end: float, style: CrawlStyle) -> dict[str, list[Stance]]:
-    beside = {side: SIGNS[side] * style.step_width / 2 for side in ("left", "right")}
+    beside = {side: SIGNS[side] * style.step_width / 2 for side in SIDES}
     toe_out = np.radians(12)
-    current = {side: (0.0, 0.0) for side in ("left", "right")}  # start time, x
+    current = {side: (0.0, 0.0) for side in SIDES}  # start time, x
     out: dict[str, list[Stance]] = {"left": [], "right": []}
     for number, lift in enumerate(lifts):
         side = ("right", "left")[number % 2]
@@ -128,7 +129,7 @@ def _pressure(
     first = between((point("left", 0.0), point("right", 0.0)), 0.5)
     keys = [(0.0, *first), (TARGET_S, *first), (lifts[0] - 0.3, *first)]
     for number, lift in enumerate(lifts):
-        side = ("left", "right")[number % 2]  # the foot that stays
+        side = SIDES[number % 2]  # the foot that stays
         x, y = point(side, lift)
         keys += [(lift - 0.01, x, y), (lift + style.swing_time + 0.01, x + 0.065, y)]
     last = between((point("left", end), point("right", end)), 0.5)

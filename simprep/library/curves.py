@@ -6,6 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import BPoly, pchip_interpolate
 
+FPS = 60.0
+"""Frame rate of every built-in motion [1/s]."""
+
 Curve = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Times (T,) [s] to values (T,) or (T, n)."""
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BPoly
 
-from simprep.library.balance import GRAVITY
+from simprep.humanoid import GRAVITY, SIDES
 from simprep.library.curves import Curve
 from simprep.library.feet import FootPath, Stance
 from simprep.library.limbs import SIGNS
@@ -70,7 +70,7 @@ def jump(style: JumpStyle | None = None) -> Motion:
     pitch = degrees_curve(
         (TAKE_OFF_S - 0.24, 0), (TAKE_OFF_S, -46), (TAKE_OFF_S + 0.08, -56), (apex, -46), (land, -16), (land + 0.09, 0)
     )
-    feet = tuple(_foot(side, land, end, pitch, style) for side in ("left", "right"))
+    feet = tuple(_foot(side, land, end, pitch, style) for side in SIDES)
     middle, toes = 0.05, 0.174
     legs_forward = [
         (0.0, middle), (TARGET_S, middle), (DIP_S, middle + 0.02), (TAKE_OFF_S - 0.22, 0.125), (TAKE_OFF_S - 0.15, 0.170), (TAKE_OFF_S - 0.02, toes),

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import HINGES, hinge_index
+from simprep.humanoid import HINGES, SIDES, hinge_index
 from simprep.library.curves import key_curve
 from simprep.motion.rotations import axis_rotation
 
@@ -33,7 +33,7 @@ def hinge_angles(pose: Pose) -> NDArray[np.float64]:
     """
     out = np.zeros(len(HINGES))
     for name, degrees in pose.items():
-        names = [f"{side}_{name[5:]}" for side in ("left", "right")] if name.startswith("arms_") else [name]
+        names = [f"{side}_{name[5:]}" for side in SIDES] if name.startswith("arms_") else [name]
         for one in names:
             out[hinge_index(one)] = np.radians(degrees)
     return out

@@ -2,13 +2,14 @@
 
 import numpy as np
 
+from simprep.humanoid import SIDES
+from simprep.library.curves import FPS
 from simprep.library.feet import FootPath, Stance
 from simprep.library.limbs import SIGNS
 from simprep.library.posture import RELAXED, hinge_angles, set_hinges, trunk_rotation
 from simprep.library.whole_body import Plan, solve_whole_body
 from simprep.motion.motion import Motion
 
-FPS = 60.0
 PERIOD_S = 4.0
 """One breath (15 per minute)."""
 STAND_HEIGHT_M = 1.0
@@ -30,7 +31,7 @@ def stand() -> Motion:
     set_hinges(hinges, {"thorax_flexion": -breath, "neck_flexion": breath})
     poses = [
         FootPath(side, (Stance(0.0, PERIOD_S, 0.0, SIGNS[side] * FEET_APART_M / 2, TOE_OUT),)).at(times)
-        for side in ("left", "right")
+        for side in SIDES
     ]
     plan = Plan(
         fps=FPS,

@@ -7,15 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.humanoid import SIDES
-from simprep.library.curves import Curve, constant, key_curve
+from simprep.library.curves import FPS, Curve, constant, key_curve
 from simprep.library.feet import FootPath, Stance
 from simprep.library.limbs import SIGNS, arm_angles, limb_lengths
 from simprep.library.posture import Pose, key_poses, set_hinges, trunk_rotation
 from simprep.library.whole_body import HipRelative, Plan, solve_whole_body
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import axis_rotation
-
-FPS = 60.0
 
 
 @dataclass(frozen=True)

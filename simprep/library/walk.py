@@ -10,15 +10,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.library.curves import key_curve
+from simprep.humanoid import SIDES
+from simprep.library.curves import FPS, key_curve
 from simprep.library.feet import FootPath, Stance, lowest_point
 from simprep.library.limbs import SIGNS
 from simprep.library.posture import set_hinges, trunk_rotation
 from simprep.library.whole_body import Plan, solve_whole_body
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import axis_rotation
-
-FPS = 60.0
 
 
 @dataclass(frozen=True)
@@ -140,7 +139,7 @@ def _pressure_path(times: NDArray[np.float64], style: WalkStyle) -> NDArray[np.f
     period = style.frames / FPS
     keys: list[tuple[float, float, float]] = []
     for number in range(-2, 3):
-        for side in ("left", "right"):
+        for side in SIDES:
             stance = _placement(side, number, style)
             turn = axis_rotation("z", SIGNS[side] * stance.toe_out)
             for share, forward, medial in _PRESSURE:

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import humanoid_model
-from simprep.metrics.dynamics import GRAVITY, residual_wrench, whole_body, zero_moment_point
+from simprep.humanoid import GRAVITY, humanoid_model
+from simprep.metrics.dynamics import residual_wrench, whole_body, zero_moment_point
 from simprep.metrics.smoothing import smooth_motion
 from simprep.motion.edit import sample
 from simprep.motion.kinematics import forward_kinematics

@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import nnls
 
-GRAVITY = 9.81
 FLIGHT_SHARE = 0.1
 """Below this share of body weight a vertical force is too small to have a meaningful centre of pressure."""
 

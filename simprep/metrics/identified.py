@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from simprep.humanoid import humanoid_model
-from simprep.metrics.dynamics import FLIGHT_SHARE, GRAVITY, WholeBody, whole_body, zero_moment_point
+from simprep.humanoid import GRAVITY, humanoid_model
+from simprep.metrics.dynamics import FLIGHT_SHARE, WholeBody, whole_body, zero_moment_point
 from simprep.metrics.smoothing import DYNAMICS_SIGMA_S, SmoothMotion, smooth_motion
 from simprep.motion.motion import Motion
 from simprep.physics.run import Run

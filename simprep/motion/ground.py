@@ -6,13 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from simprep.humanoid import BODIES, Body, humanoid_model
+from simprep.humanoid import BODIES, FEET, GRAVITY, SIDES, Body, humanoid_model
 from simprep.motion.contacts import contacts_of_points, stances
 from simprep.motion.footholds import FootPoses, place_feet, sole_points
 from simprep.motion.retarget import RetargetSettings, residual_mm, solve
-from simprep.motion.targets import LEFT_FOOT, ORIENTED, RIGHT_FOOT, Targets, unit
+from simprep.motion.targets import ORIENTED, Targets, unit
 
-FEET = (LEFT_FOOT, RIGHT_FOOT)
 KNEES = (BODIES.index("left_shank"), BODIES.index("right_shank"))
 ARMS_AND_KNEES = tuple(
     BODIES.index(name) for name in BODIES if name.endswith(("hand", "forearm", "shank")) or name in ("pelvis", "head")
@@ -139,7 +138,7 @@ def _flight_arcs(footing: NDArray[np.bool_], fps: float) -> NDArray[np.float64]:
     for first, after in stances(np.asarray(~footing.any(axis=1))):
         if first > 0 and after < len(out):
             t = np.arange(1, after - first + 1) / fps
-            out[first:after] = 0.5 * 9.81 * t * ((after - first + 1) / fps - t)
+            out[first:after] = 0.5 * GRAVITY * t * ((after - first + 1) / fps - t)
     return np.asarray(gaussian_filter1d(out, 0.015 * fps, mode="nearest"))
 
 
@@ -173,7 +172,7 @@ def _follow(targets: Targets, feet: FootPoses, contacts: NDArray[np.bool_], body
     feet_and_knees = [*FEET, BODIES.index("left_shank"), BODIES.index("right_shank")]
     others = [number for number in range(len(BODIES)) if number not in feet_and_knees]
     positions[:, others, 2] -= sink[:, None]
-    for number, side in enumerate(("left", "right")):
+    for number, side in enumerate(SIDES):
         knee = BODIES.index(f"{side}_shank")
         positions[:, knee] = _knee(
             positions[:, hips[number]], positions[:, FEET[number]], positions[:, knee], thigh, shank

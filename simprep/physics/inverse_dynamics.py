@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import nnls
 
-from simprep.humanoid import humanoid_model
+from simprep.humanoid import GRAVITY, humanoid_model
 from simprep.physics.reference import Reference
 
 _EDGES = np.array([[1.0, 0, 1], [-1, 0, 1], [0, 1, 1], [0, -1, 1]])
@@ -116,7 +116,7 @@ def _contact_torques(
         return np.zeros(model.nv)
     edges = _EDGES * [settings.friction, settings.friction, 1.0]
     columns = np.concatenate([edges @ jac for jac in jacobians])  # (4 points, nv): generalised force of unit pushes
-    weight = model.body_mass.sum() * 9.81
+    weight = model.body_mass.sum() * GRAVITY
     # a point just above the floor in the reference may well bear load in the simulation, but less likely so
     reluctance = settings.regularisation * (1 + 50 * (np.repeat(heights, 4) / settings.reach) ** 2)
     system = np.concatenate([columns[:, :6].T, np.diag(reluctance)])

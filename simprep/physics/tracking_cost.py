@@ -6,11 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import BODIES
+from simprep.humanoid import FEET
 from simprep.physics.reference import Reference
 
-_FEET = (BODIES.index("left_foot"), BODIES.index("right_foot"))
-_FOOT_BODIES = tuple(1 + foot for foot in _FEET)  # model body ids: the world is 0
+_FOOT_BODIES = tuple(1 + foot for foot in FEET)  # model body ids: the world is 0
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,7 @@ class TrackingCost:
         self._xpos = reference.kinematics.xpos
         self._com = reference.kinematics.com
         self._planner_dt = ratio * world_dt
-        feet = self._xpos[:, _FEET]
+        feet = self._xpos[:, FEET]
         self._foot_velocity = np.gradient(feet, world_dt, axis=0)
         self._last = len(reference.qpos) - 1
 
@@ -111,8 +110,8 @@ class TrackingCost:
         root_error = xpos[:, :, :1] - target_xpos[:, :1]
         error = xpos - target_xpos
         relative = error - root_error
-        foot = xpos[:, :, _FEET, :]
-        target_foot = target_xpos[:, _FEET, :]
+        foot = xpos[:, :, FEET, :]
+        target_foot = target_xpos[:, FEET, :]
         com_foot = (com[:, :, None] - foot) - (target_com[:, None] - target_foot)
         # backward difference over one planner step, as the reference's central one half a step earlier
         before = record["xpos"][:, pick - 1][:, :, _FOOT_BODIES]

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from simprep.humanoid import BODIES, DEFAULT_BODY, SIDES, Body
+from simprep.humanoid import BODIES, DEFAULT_BODY, FEET, SIDES, Body
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.rotations import axis_rotation, rotation_matrix
@@ -72,7 +72,7 @@ def plant_feet(
     goal_rotation = np.empty((len(qpos), 2, 3, 3))
     changed = np.zeros((len(qpos), 2), dtype=bool)
     for side, leg in enumerate(legs(body)):
-        foot = BODIES.index(f"{SIDES[side]}_foot")
+        foot = FEET[side]
         track = _Track(leg, before.xpos[:, foot], rotation[:, foot])
         origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
         shift, turn = _corrections(track, origin, contacts[:, side], weight, reference_height[side], fps, settings)
@@ -102,8 +102,7 @@ def plant_feet(
         missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, body)
         if not missed.any():
             break
-    feet = [BODIES.index(f"{side}_foot") for side in SIDES]
-    error = np.linalg.norm(after.xpos[:, feet] - goal, axis=-1)
+    error = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1)
     return Planted(out, error, drop, after)
 
 
@@ -247,7 +246,7 @@ def _pelvis_drop(
     need = np.zeros(len(goal))
     for side, leg in enumerate(legs(body)):
         hip = before.xpos[:, BODIES.index(f"{SIDES[side]}_thigh")]
-        ankle = before.xpos[:, BODIES.index(f"{SIDES[side]}_foot")]
+        ankle = before.xpos[:, FEET[side]]
         reach = np.maximum(settings.leg_reach * (leg.thigh + leg.shank), np.linalg.norm(ankle - hip, axis=1))
         line = goal[:, side] - hip
         plan = (line[:, :2] ** 2).sum(axis=1)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import BODIES
+from simprep.humanoid import FEET
 from simprep.motion.contacts import stances
 from simprep.motion.edit import cut, loop_displacement, repeat
 from simprep.motion.kinematics import forward_kinematics
@@ -127,11 +127,10 @@ def prepare(
     if touched.any():
         blended = forward_kinematics(qpos, source.body)  # at the locomotion's root height
         if settings.root_height == "mean":
-            feet = [BODIES.index("left_foot"), BODIES.index("right_foot")]
             height = mean_root_height(
                 source.qpos[:, 2],
-                kinematics.xpos[:, feet, 2] - source.qpos[:, 2:3],
-                blended.xpos[:, feet, 2] - source.qpos[:, 2:3],
+                kinematics.xpos[:, FEET, 2] - source.qpos[:, 2:3],
+                blended.xpos[:, FEET, 2] - source.qpos[:, 2:3],
             )
         else:
             sole = kinematics.foot_points[..., 2].min(axis=2)

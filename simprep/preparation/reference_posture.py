@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.errors import MotionError
-from simprep.humanoid import BODIES
+from simprep.humanoid import BODIES, SIDES
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import in_heading
@@ -16,7 +16,7 @@ from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 TARGET_EVENT = "target"
 
-_LEG_JOINTS = tuple(BODIES.index(f"{side}_{part}") for side in ("left", "right") for part in ("thigh", "shank", "foot"))
+_LEG_JOINTS = tuple(BODIES.index(f"{side}_{part}") for side in SIDES for part in ("thigh", "shank", "foot"))
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import BODIES, humanoid_model
+from simprep.humanoid import FEET, humanoid_model
 from simprep.motion.contacts import stances
 from simprep.motion.edit import cut, move
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -26,7 +26,6 @@ Array = NDArray[np.float64]
 LAUNCH_EVENT = "launch"
 DEFAULT_WINDOW_S = 0.3
 
-_FEET = (BODIES.index("left_foot"), BODIES.index("right_foot"))
 _ROOT_SHARE_S = 0.2  # how much the root counts in the placement, as seconds of stance of a foot
 _FOOT_SHARE_S = 1.0
 _VELOCITY_S = 0.1  # a velocity difference of 1 m/s weighs as much as 0.1 m in the pose distance
@@ -147,7 +146,7 @@ def _place(target: Motion, entry: int, approach: Motion, frame: int, standing: K
     turned = move(replace(target, loop=False), turn=float(heading_to - heading_from))
     there = forward_kinematics(turned.qpos[entry : entry + 1], target.body)
     shares, gaps = [_ROOT_SHARE_S], [approach.qpos[frame, :2] - turned.qpos[entry, :2]]
-    for side, foot in enumerate(_FEET):
+    for side, foot in enumerate(FEET):
         if approach.contacts[frame, side] and target.contacts[entry, side]:
             run = next(after for first, after in stances(target.contacts[:, side]) if first <= entry < after)
             shares.append(min((run - entry) / target.fps, _FOOT_SHARE_S))

@@ -4,8 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from simprep.humanoid import BODIES, HINGES, LEG_JOINTS, SIDES, hinge_index, humanoid_model, standing_qpos
-from simprep.library.balance import GRAVITY, cart_table_zmp, com_from_zmp, ground_reaction
+from simprep.humanoid import BODIES, GRAVITY, HINGES, LEG_JOINTS, SIDES, hinge_index, humanoid_model, standing_qpos
+from simprep.library.balance import cart_table_zmp, com_from_zmp, ground_reaction
 from simprep.library.curves import key_curve, minimum_jerk
 from simprep.library.feet import FootPath, Stance, foot_spheres
 from simprep.library.limbs import arm_angles, leg_angles
