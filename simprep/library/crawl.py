@@ -16,6 +16,7 @@ from simprep.library.feet import FootPath, Stance, ankle_height
 from simprep.library.limbs import SIGNS
 from simprep.library.target import (
     HANGING,
+    UPRIGHT,
     ArmKey,
     ArmPose,
     Target,
@@ -68,7 +69,6 @@ def crawl(style: CrawlStyle | None = None) -> Motion:
     end = stand + 0.45
     stances = _stances(lifts, end, style)
     feet = (_foot("left", stances["left"], style), _foot("right", stances["right"], style))
-    upright: dict[str, float] = {}
     ready = {"lumbar_flexion": 14, "thorax_flexion": 12, "neck_flexion": -22}
     low = {"lumbar_flexion": 25, "thorax_flexion": 18, "neck_flexion": -42, "head_flexion": -14}
     return build_target(
@@ -82,7 +82,7 @@ def crawl(style: CrawlStyle | None = None) -> Motion:
                 (stand, UPRIGHT_M),
             ),
             trunk=[
-                (0.1, upright), (READY_S, ready), (TARGET_S, ready), (DOWN_S, low), (up, low), (stand, upright),
+                (0.1, UPRIGHT), (READY_S, ready), (TARGET_S, ready), (DOWN_S, low), (up, low), (stand, UPRIGHT),
             ],
             pitch=degrees_curve((0.1, 0), (READY_S, 14), (TARGET_S, 14), (DOWN_S, 50), (up, 50), (stand, 0)),
             yaw=_sway(lifts, up, 5.0),

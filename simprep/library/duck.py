@@ -11,12 +11,13 @@ from simprep.library.target import (
     GUARD_LEAD,
     GUARD_REAR,
     HANGING,
+    UPRIGHT,
     Target,
     arm_keys,
-    between,
     build_target,
     curve,
     degrees_curve,
+    shared_pressure,
     support_point,
 )
 from simprep.motion.motion import Motion
@@ -31,7 +32,6 @@ def duck() -> Motion:
     right = Stance(0.0, DURATION_S, -0.12, -0.12, np.radians(18))
     heel = degrees_curve((TARGET_S, 0), (DOWN_S, -22), (UP_S, -22), (STAND_S - 0.05, 0))
     points = (support_point("left", left, 0.06), support_point("right", right, 0.12))
-    upright: dict[str, float] = {}
     guard = {"lumbar_flexion": 6, "thorax_flexion": 10, "neck_flexion": -6}
     low = {"lumbar_flexion": 16, "thorax_flexion": 20, "neck_flexion": -18, "head_flexion": -6}
     cover = ((0.20, -0.08, 0.20), (0.1, 0.3, -1.0), 35.0)
@@ -40,14 +40,14 @@ def duck() -> Motion:
             name="duck",
             duration=DURATION_S,
             feet=(FootPath("left", (left,)), FootPath("right", (right,), pitch=heel)),
-            pressure=[(time, *between(points, 0.5)) for time in (0.0, DURATION_S)],
+            pressure=shared_pressure(points, ((0.0, 0.5), (DURATION_S, 0.5))),
             com_height=curve(
                 (0.1, UPRIGHT_M), (READY_S, GUARD_M), (TARGET_S, GUARD_M), (DOWN_S, LOW_M), (UP_S, LOW_M),
                 (STAND_S, GUARD_M), (STAND_S + 0.1, GUARD_M), (DURATION_S - 0.05, UPRIGHT_M),
             ),
             trunk=[
-                (0.1, upright), (READY_S, guard), (TARGET_S, guard), (DOWN_S, low), (UP_S, low), (STAND_S, guard),
-                (STAND_S + 0.1, guard), (DURATION_S - 0.05, upright),
+                (0.1, UPRIGHT), (READY_S, guard), (TARGET_S, guard), (DOWN_S, low), (UP_S, low), (STAND_S, guard),
+                (STAND_S + 0.1, guard), (DURATION_S - 0.05, UPRIGHT),
             ],
             pitch=degrees_curve(
                 (0.1, 0), (READY_S, 5), (TARGET_S, 5), (DOWN_S, 20), (UP_S, 20), (STAND_S, 5), (STAND_S + 0.1, 5),

@@ -16,7 +16,7 @@ from simprep.library.curves import Curve
 from simprep.library.feet import FootPath, Stance
 from simprep.library.limbs import SIGNS
 from simprep.library.posture import RELAXED
-from simprep.library.target import Target, build_target, degrees_curve
+from simprep.library.target import UPRIGHT, Target, build_target, degrees_curve
 from simprep.motion.motion import Motion
 
 
@@ -77,7 +77,6 @@ def jump(style: JumpStyle | None = None) -> Motion:
         (land + 0.06, LAND_FORWARD_M + toes), (land + 0.14, LAND_FORWARD_M + middle + 0.03), (land + 0.5, LAND_FORWARD_M + middle),
         (end, LAND_FORWARD_M + middle),
     ]  # fmt: skip
-    upright: dict[str, float] = {}
     ready = {"lumbar_flexion": 5, "thorax_flexion": 6, "neck_flexion": -8}
     folded = {"lumbar_flexion": 14, "thorax_flexion": 12, "neck_flexion": -25, "head_flexion": -5}
     stretched = {"lumbar_flexion": -2, "thorax_flexion": -3, "neck_flexion": -4}
@@ -90,8 +89,8 @@ def jump(style: JumpStyle | None = None) -> Motion:
             pressure=[(time, forward, 0.0) for time, forward in legs_forward],
             com_height=_com_height(style, land),
             trunk=[
-                (0.1, upright), (READY_S, ready), (TARGET_S, ready), (DIP_S, folded), (TAKE_OFF_S, stretched),
-                (apex, stretched), (land, ready), (land + 0.18, absorbing), (land + 0.32, absorbing), (land + REST_S, upright),
+                (0.1, UPRIGHT), (READY_S, ready), (TARGET_S, ready), (DIP_S, folded), (TAKE_OFF_S, stretched),
+                (apex, stretched), (land, ready), (land + 0.18, absorbing), (land + 0.32, absorbing), (land + REST_S, UPRIGHT),
             ],
             pitch=degrees_curve(
                 (0.1, 0), (READY_S, 8), (TARGET_S, 8), (DIP_S, 28), (TAKE_OFF_S, 0), (apex, 0), (land, 12), (land + 0.14, 26), (land + 0.28, 30),

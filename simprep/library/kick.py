@@ -14,13 +14,14 @@ from simprep.library.target import (
     GUARD_LEAD,
     GUARD_REAR,
     HANGING,
+    UPRIGHT,
     SwingLeg,
     Target,
     arm_keys,
-    between,
     build_target,
     curve,
     degrees_curve,
+    shared_pressure,
     support_point,
 )
 from simprep.motion.motion import Motion
@@ -65,19 +66,18 @@ def front_kick_right() -> Motion:
              "neck_rotation": 10, "head_rotation": 5, "neck_flexion": -4}  # fmt: skip
     chamber = {"lumbar_flexion": 12, "thorax_flexion": 10, "neck_flexion": -4, "neck_rotation": -4}
     snap = {"lumbar_flexion": 8, "thorax_flexion": 10, "lumbar_rotation": -5, "thorax_rotation": -6, "neck_flexion": 4}
-    upright: dict[str, float] = {}
     target = Target(
         name="kick_front",
         duration=DURATION_S,
         feet=feet,
-        pressure=[(time, *between(points, value)) for time, value in share],
+        pressure=shared_pressure(points, share),
         com_height=curve(
             (0.1, UPRIGHT_M), (READY_S, GUARD_M), (1.05, GUARD_M), (CHAMBER_S, 1.035), (FOLD_S, 1.045),
             (LAND_S, 0.965), (LOWER_S, 0.96), (DURATION_S - 0.05, UPRIGHT_M),
         ),
         trunk=[
-            (0.1, upright), (READY_S, guard), (1.05, guard), (CHAMBER_S, chamber), (IMPACT_S, snap), (FOLD_S, chamber),
-            (LAND_S, guard), (LOWER_S, guard), (DURATION_S - 0.05, upright),
+            (0.1, UPRIGHT), (READY_S, guard), (1.05, guard), (CHAMBER_S, chamber), (IMPACT_S, snap), (FOLD_S, chamber),
+            (LAND_S, guard), (LOWER_S, guard), (DURATION_S - 0.05, UPRIGHT),
         ],
         yaw=degrees_curve(
             (0.1, -6), (READY_S, -14), (1.05, -14), (CHAMBER_S, 4), (IMPACT_S, 16), (FOLD_S, 6), (LAND_S, -14),

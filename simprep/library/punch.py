@@ -14,13 +14,14 @@ from simprep.library.target import (
     GUARD_LEAD,
     GUARD_REAR,
     HANGING,
+    UPRIGHT,
     Target,
     aimed,
     arm_keys,
-    between,
     build_target,
     curve,
     degrees_curve,
+    shared_pressure,
     support_point,
 )
 from simprep.motion.edit import mirror
@@ -49,20 +50,19 @@ def cross_right() -> Motion:
     loaded = {"lumbar_rotation": -8, "thorax_rotation": -12, "neck_rotation": 19, "head_rotation": 16}
     thrown = {"lumbar_flexion": 7, "thorax_flexion": 8, "lumbar_rotation": 9, "thorax_rotation": 14,
               "neck_rotation": -24, "head_rotation": -18, "neck_flexion": -4}  # fmt: skip
-    upright: dict[str, float] = {}
     target = Target(
         name="punch_right",
         duration=DURATION_S,
         feet=feet,
-        pressure=[(time, *between(points, value)) for time, value in share],
+        pressure=shared_pressure(points, share),
         com_height=curve(
             (0.1, UPRIGHT_M), (READY_S, GUARD_M), (1.0, GUARD_M - 0.008), (IMPACT_S, GUARD_M - 0.002), (BACK_S, GUARD_M),
             (LOWER_S, GUARD_M), (DURATION_S - 0.05, UPRIGHT_M),
         ),
         trunk=[
-            (0.1, upright), (READY_S, guard | square), (TARGET_S, guard | square), (DRIVE_S, guard | loaded),
+            (0.1, UPRIGHT), (READY_S, guard | square), (TARGET_S, guard | square), (DRIVE_S, guard | loaded),
             (IMPACT_S + 0.02, thrown), (IMPACT_S + 0.06, thrown), (BACK_S, guard | square), (LOWER_S, guard | square),
-            (DURATION_S - 0.05, upright),
+            (DURATION_S - 0.05, UPRIGHT),
         ],
         yaw=degrees_curve(
             (0.1, -15), (READY_S, -22), (TARGET_S, -22), (1.05, -26), (IMPACT_S + 0.01, 26), (IMPACT_S + 0.05, 26),

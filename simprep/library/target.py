@@ -43,6 +43,9 @@ GUARD_LEAD = ((0.30, -0.06, 0.13), (-0.1, 0.35, -1.0), 35.0)
 GUARD_REAR = ((0.21, -0.10, 0.15), (-0.2, 0.30, -1.0), 35.0)
 """Guard of the rear hand: fist beside the chin."""
 
+UPRIGHT: Pose = {}
+"""Trunk and neck straight."""
+
 ArmPose = tuple[tuple[float, float, float], tuple[float, float, float], float]
 
 
@@ -201,6 +204,21 @@ def between(points: tuple[NDArray[np.float64], NDArray[np.float64]], left_share:
     """
     x, y = left_share * points[0] + (1 - left_share) * points[1]
     return float(x), float(y)
+
+
+def shared_pressure(
+    points: tuple[NDArray[np.float64], NDArray[np.float64]], left_shares: Sequence[tuple[float, float]]
+) -> list[tuple[float, float, float]]:
+    """Pressure keys of two feet that stay where they are, from how the load is shared between them.
+
+    Args:
+        points: left and right support point (2,) [m].
+        left_shares: (time [s], share of the left foot) keys.
+
+    Returns:
+        (time [s], x, y [m]) keys.
+    """
+    return [(time, *between(points, share)) for time, share in left_shares]
 
 
 def degrees_curve(*keys: tuple[float, float]) -> Curve:
