@@ -88,7 +88,7 @@ def find_joints(
         if found is not None:
             roles[role] = found
     for side in SIDES:
-        _resolve_doubles(side, roles, names, parents)
+        _resolve_doubles(side, roles, parents)
     if "neck" not in roles and "head" in roles and parents[roles["head"]] >= 0:
         roles["neck"] = roles.pop("head")
     index = {name: number for number, name in enumerate(names)}
@@ -187,28 +187,21 @@ def _first(parts: list[tuple[str, str]], side: str, words: tuple[str, ...]) -> i
     return None
 
 
-def _resolve_doubles(side: str, roles: dict[str, int], names: tuple[str, ...], parents: NDArray[np.intp]) -> None:
+def _resolve_doubles(side: str, roles: dict[str, int], parents: NDArray[np.intp]) -> None:
     """Where one word can mean two things, let the chain decide."""
-    toe, foot = roles.get(f"{side}_toe"), roles.get(f"{side}_foot")
-    # 'foot' is the ankle in most skeletons and the ball in SMPL, which also has an ankle
-    if toe is not None and (foot is None or toe == foot or foot not in _ancestors(toe, parents)):
-        del roles[f"{side}_toe"]
-        toe = None
-    if toe is None and foot is not None:
-        # an unnamed continuation of the foot, such as an end site, shows where it points
-        child = _continuation(foot, parents)
-        if child is not None:
-            roles[f"{side}_toe"] = child
-    hand, tip = roles.get(f"{side}_hand"), roles.get(f"{side}_hand_tip")
-    if tip is not None and (hand is None or hand not in _ancestors(tip, parents)):
-        del roles[f"{side}_hand_tip"]
-        tip = None
-    if tip is None and hand is not None:
-        child = _continuation(hand, parents)
-        if child is not None:
-            roles[f"{side}_hand_tip"] = child
+    for base_role, end_role in ((f"{side}_foot", f"{side}_toe"), (f"{side}_hand", f"{side}_hand_tip")):
+        base, end = roles.get(base_role), roles.get(end_role)
+        # 'foot' is the ankle in most skeletons and the ball in SMPL, which also has an ankle
+        if end is not None and (base is None or base not in _ancestors(end, parents)):
+            del roles[end_role]
+            end = None
+        if end is None and base is not None:
+            # an unnamed continuation, such as an end site, shows where the foot or hand points
+            child = _continuation(base, parents)
+            if child is not None:
+                roles[end_role] = child
     forearm = roles.get(f"{side}_forearm")
-    if hand is None and forearm is not None:
+    if f"{side}_hand" not in roles and forearm is not None:
         child = _continuation(forearm, parents)
         if child is not None:
             roles[f"{side}_hand"] = child
