@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from simprep.cli.output import Output
+from simprep.cli.output import Output, print_result
 from simprep.errors import MotionFileError
 
 
@@ -43,10 +43,7 @@ class Import:
 
     def run(self) -> None:
         """Import, write, print."""
-        output = Output(self.json)
-        with output.stdout_reserved():
-            content = self._run(output)
-        output.result(content)
+        print_result(self.json, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.motion.load import import_motion

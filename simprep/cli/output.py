@@ -3,7 +3,7 @@
 import contextlib
 import json
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from rich.console import Console
@@ -67,6 +67,23 @@ class Output:
             transient=True,
             disable=not self.progress_console.is_terminal,
         )
+
+
+def print_result(as_json: bool, work: Callable[[Output], dict[str, Any]]) -> dict[str, Any]:
+    """Do a command's work and print its machine-readable result, where it was asked for.
+
+    Args:
+        as_json: as for `Output`.
+        work: what the command does; it prints for people itself.
+
+    Returns:
+        What `work` returned.
+    """
+    output = Output(as_json)
+    with output.stdout_reserved():
+        content = work(output)
+    output.result(content)
+    return content
 
 
 def _console(stream: Any) -> Console:

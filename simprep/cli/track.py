@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from simprep.cli import output as output_module
-from simprep.cli.output import Output
+from simprep.cli.output import Output, print_result
 
 HEADLINE = (
     "success",
@@ -59,10 +59,7 @@ class Track:
 
     def run(self) -> None:
         """Simulate, measure, write, print."""
-        output = Output(self.json)
-        with output.stdout_reserved():
-            content = self._run(output)
-        output.result(content)
+        print_result(self.json, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.cli.resolve import resolve_motion, select

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from simprep.cli import output as output_module
-from simprep.cli.output import Output
+from simprep.cli.output import Output, print_result
 
 if TYPE_CHECKING:
     from simprep.motion.motion import Motion
@@ -64,14 +64,11 @@ class Validate:
 
     def run(self) -> None:
         """Run the study, write it, print it."""
-        output = Output(self.json)
-        with output.stdout_reserved():
-            content, complete = self._run(output)
-        output.result(content)
-        if not complete:
+        content = print_result(self.json, self._run)
+        if not content["complete"]:
             raise KeyboardInterrupt(f"{len(content['cases'])} finished cases are kept in {self.out}")
 
-    def _run(self, output: Output) -> tuple[dict[str, Any], bool]:
+    def _run(self, output: Output) -> dict[str, Any]:
         plan = self._plan(output)  # a bad file fails before the imports
         from simprep.study.pictures import draw_study
         from simprep.study.tables import study_tables
@@ -91,7 +88,7 @@ class Validate:
             output.say(table)
         output.say(f"{len(study.results)} of {len(plan.cases())} cases in {study.wall_s:.0f} s")
         output.say(f"written: {self.out}: metrics.json and {len(files)} more files")
-        return study_record(study), study.complete
+        return study_record(study)
 
     def _plan(self, output: Output) -> "StudyPlan":
         from simprep.cli.resolve import resolve_motion
