@@ -50,12 +50,12 @@ class MpcSettings:
     """
 
     timestep: float = 1 / 120
-    horizon: float = 0.4
+    horizon: float = 0.5
     replan: float = 1 / 30
     knot_spacing: float = 0.1
-    samples: int = 32
+    samples: int = 28
     iterations: int = 2
-    elites: int = 12
+    elites: int = 10
     keep: int = 4
     shrink: float = 0.7
     temperature: float = 0.5
