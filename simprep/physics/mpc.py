@@ -15,6 +15,7 @@ import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
+from simprep.errors import SettingError
 from simprep.humanoid import HINGES
 from simprep.physics.controller import feedforward_targets
 from simprep.physics.inverse_dynamics import needed_torques
@@ -47,6 +48,9 @@ class MpcSettings:
         weights: cost weights.
         torque_share: share of the reference's inverse-dynamics torques that the servo targets lead by.
         threads: simulation threads; 0 for all cores. Does not change the result.
+
+    Raises:
+        SettingError: times that are not positive, or fewer samples than the plan, zero and the kept ones need.
     """
 
     timestep: float = 1 / 120
@@ -77,6 +81,17 @@ class MpcSettings:
     weights: CostWeights = field(default_factory=CostWeights)
     torque_share: float = 0.7
     threads: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("timestep", "horizon", "replan", "knot_spacing"):
+            if not getattr(self, name) > 0:
+                raise SettingError(f"mpc: {name} {getattr(self, name)} s; valid: above 0")
+        if self.samples < self.keep + 2:
+            raise SettingError(f"mpc: {self.samples} samples; valid: at least {self.keep + 2} (2 more than keep)")
+        if not 1 <= self.elites <= self.samples or self.iterations < 1:
+            raise SettingError(
+                f"mpc: {self.elites} elites, {self.iterations} iterations; valid: 1 to samples, 1 or more"
+            )
 
 
 class MpcController:

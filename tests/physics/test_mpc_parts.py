@@ -1,0 +1,101 @@
+"""Parts of `mpc`: inverse dynamics against statics, the cost's zero, the reduced planner model."""
+
+import mujoco
+import numpy as np
+import pytest
+
+from simprep.errors import SettingError
+from simprep.humanoid import GRAVITY, HINGES, hinge_index, humanoid_model, standing_qpos
+from simprep.library import library_motion
+from simprep.motion.motion import Motion
+from simprep.physics.inverse_dynamics import needed_torques
+from simprep.physics.mpc import MpcSettings
+from simprep.physics.planner import build_planner
+from simprep.physics.reference import Reference, make_reference
+from simprep.physics.tracking_cost import CostWeights, TrackingCost
+from simprep.scene import SceneSettings, build_scene
+
+
+def held(hinge: str, angle: float, height: float = 0.0) -> Reference:
+    qpos = np.repeat(standing_qpos()[None], 31, axis=0)
+    qpos[:, 7 + hinge_index(hinge)] = angle
+    qpos[:, 2] += height
+    return make_reference(Motion(qpos, 60.0, np.ones((31, 2), dtype=bool)), 1 / 240)
+
+
+def test_an_arm_held_out_needs_its_weight_times_its_lever() -> None:
+    model = humanoid_model()
+    data = mujoco.MjData(model)
+    data.qpos[7 + hinge_index("left_shoulder_flexion")] = np.pi / 2
+    mujoco.mj_forward(model, data)
+    arm = [model.body(f"left_{part}").id for part in ("upper_arm", "forearm", "hand")]
+    shoulder = data.body("left_upper_arm").xpos
+    expected = sum(model.body_mass[b] * GRAVITY * (data.xipos[b, 0] - shoulder[0]) for b in arm)
+    torque = needed_torques(held("left_shoulder_flexion", np.pi / 2))[60, hinge_index("left_shoulder_flexion")]
+    assert torque == pytest.approx(expected, rel=1e-6)
+
+
+def test_standing_legs_bear_the_body_and_hang_in_free_fall() -> None:
+    bent = needed_torques(held("left_knee_flexion", 0.0))[60]
+    # upright, COM 1 mm before the hips and 4 to 8 cm before the ankles' centres of pressure: small, symmetric torques
+    left, right = (bent[hinge_index(f"{side}_ankle_dorsiflexion")] for side in ("left", "right"))
+    assert left == pytest.approx(right, abs=0.5)
+    qpos = np.repeat(standing_qpos()[None], 61, axis=0)
+    time = np.arange(61) / 60
+    qpos[:, 2] += 6.0 - GRAVITY / 2 * time**2
+    falling = make_reference(Motion(qpos, 60.0, np.zeros((61, 2), dtype=bool)), 1 / 240)
+    assert np.abs(needed_torques(falling)[100:140]).max() < 0.05
+
+
+def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
+    reference = make_reference(library_motion("punch_right"), 1 / 240)
+    planner = build_planner(SceneSettings(), 1 / 120)
+    cost = TrackingCost(reference, 2, 1 / 240, 24, planner.qvel, CostWeights())
+    start = 120
+    states = start + 2 * np.arange(1, 25)
+    world = np.zeros((1, 24, 1, 3))
+    lagging = reference.kinematics.xpos[states - 2][None]  # MuJoCo's positions lag the state by one step
+    record = {
+        "qpos": reference.qpos[states][None],
+        "qvel": reference.qvel[states][:, planner.qvel][None],
+        "xpos": np.concatenate([world, lagging], axis=2),
+        "subtree_com": np.repeat(reference.kinematics.com[states - 2][None, :, None], 18, axis=2),
+    }
+    theta = np.zeros((1, 6, 19))
+    on_reference = float(cost.evaluate(start, record, theta)[0])
+    assert on_reference < 1e-3
+    costs = []
+    for shift in (0.01, 0.02, 0.04):
+        moved = {**record, "xpos": record["xpos"] + [shift, 0, 0], "subtree_com": record["subtree_com"] + [shift, 0, 0]}
+        costs.append(float(cost.evaluate(start, moved, theta)[0]) - on_reference)
+    np.testing.assert_allclose(costs, 40.0 * np.square([0.01, 0.02, 0.04]), rtol=1e-6)  # only the global position
+    assert cost.evaluate(start, record, theta + 0.1)[0] > on_reference
+
+
+def test_planner_is_the_same_body_with_fewer_joints() -> None:
+    full, planner = build_scene(), build_planner(SceneSettings(), 1 / 120)
+    assert planner.model.nv == 43 - 11
+    np.testing.assert_allclose(planner.model.body_mass, full.body_mass)
+    rng = np.random.default_rng(2)
+    data, reduced = mujoco.MjData(full), mujoco.MjData(planner.model)
+    low, high = full.jnt_range[1:].T
+    data.qpos[7:] = rng.uniform(low, high)
+    mujoco.mj_forward(full, data)
+    reduced.qpos[:] = data.qpos[planner.qpos]
+    for body, quat in planner.fused_orientations(data):
+        planner.model.body_quat[body] = quat
+    mujoco.mj_forward(planner.model, reduced)
+    hands = [full.body(f"{side}_hand").id for side in ("left", "right")]
+    others = np.setdiff1d(np.arange(full.nbody), hands)
+    np.testing.assert_allclose(reduced.xpos[others], data.xpos[others], atol=1e-9)
+    np.testing.assert_allclose(reduced.subtree_com[1], data.subtree_com[1], atol=2e-3)  # hands at rest in the plan
+    assert [planner.model.actuator(i).name for i in range(planner.model.nu)] == [HINGES[i] for i in planner.hinges]
+
+
+def test_impossible_settings_are_refused() -> None:
+    with pytest.raises(SettingError, match=r"3 samples; valid: at least 6 \(2 more than keep\)"):
+        MpcSettings(samples=3, elites=2)
+    with pytest.raises(SettingError, match=r"mpc: horizon 0 s; valid: above 0"):
+        MpcSettings(horizon=0)
+    with pytest.raises(SettingError, match="40 elites"):
+        MpcSettings(elites=40)
