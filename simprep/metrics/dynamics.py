@@ -6,7 +6,8 @@ from typing import Any
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.optimize import nnls
+
+from simprep.physics.inverse_dynamics import nonnegative_least_squares
 
 FLIGHT_SHARE = 0.1
 """Below this share of body weight a vertical force is too small to have a meaningful centre of pressure."""
@@ -134,6 +135,6 @@ def residual_wrench(
     generators = np.concatenate([np.broadcast_to(edges, moments.shape), moments], axis=-1)  # (n, P, 4, 6)
     for frame in np.flatnonzero(mask.any(axis=1)):
         columns = generators[frame, mask[frame]].reshape(-1, 6).T
-        pushes, _ = nnls(columns, residual[frame])
+        pushes = nonnegative_least_squares(columns, residual[frame])
         residual[frame] -= columns @ pushes
     return np.linalg.norm(residual[:, :3], axis=1), lever * np.linalg.norm(residual[:, 3:], axis=1)

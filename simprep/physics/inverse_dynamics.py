@@ -11,7 +11,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
-from scipy.optimize import nnls
+from scipy.optimize import lsq_linear, nnls
 
 from simprep.humanoid import GRAVITY, humanoid_model
 from simprep.physics.reference import Reference
@@ -75,6 +75,22 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
     return np.asarray(gaussian_filter1d(dense, sigma, axis=0, mode="nearest"))
 
 
+def nonnegative_least_squares(matrix: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
+    """x >= 0 that minimises the norm of matrix x - wanted.
+
+    Args:
+        matrix: (m, n).
+        wanted: (m,).
+
+    Returns:
+        (n,).
+    """
+    try:
+        return np.asarray(nnls(matrix, wanted)[0])
+    except RuntimeError:  # the active set of a degenerate problem can cycle; the interior-point method cannot
+        return np.maximum(lsq_linear(matrix, wanted, bounds=(0.0, np.inf), tol=1e-10).x, 0.0)
+
+
 def _without_constraints(model: Any) -> Any:
     from copy import copy
 
@@ -120,5 +136,5 @@ def _contact_torques(
     # a point just above the floor in the reference may well bear load in the simulation, but less likely so
     reluctance = settings.regularisation * (1 + 50 * (np.repeat(heights, 4) / settings.reach) ** 2)
     system = np.concatenate([columns[:, :6].T, np.diag(reluctance)])
-    pushes, _ = nnls(system, np.concatenate([needed[:6] / weight, np.zeros(len(columns))]))
+    pushes = nonnegative_least_squares(system, np.concatenate([needed[:6] / weight, np.zeros(len(columns))]))
     return np.asarray(weight * (pushes @ columns))

@@ -99,3 +99,17 @@ def test_impossible_settings_are_refused() -> None:
         MpcSettings(horizon=0)
     with pytest.raises(SettingError, match="40 elites"):
         MpcSettings(elites=40)
+
+
+def test_least_squares_survives_degenerate_problems(monkeypatch: pytest.MonkeyPatch) -> None:
+    import simprep.physics.inverse_dynamics as module
+
+    rng = np.random.default_rng(0)
+    matrix, wanted = rng.standard_normal((8, 5)), rng.standard_normal(8)
+    plain = module.nonnegative_least_squares(matrix, wanted)
+
+    def cycles(*arguments: object) -> None:
+        raise RuntimeError("Maximum number of iterations reached.")
+
+    monkeypatch.setattr(module, "nnls", cycles)
+    np.testing.assert_allclose(module.nonnegative_least_squares(matrix, wanted), plain, atol=1e-5)
