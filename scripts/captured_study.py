@@ -52,6 +52,7 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--data", type=Path, default=Path("../shared/data"))
     parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--alpha", nargs="+", default=["0.5", "1"])
     parser.add_argument("-o", "--out", type=Path, default=Path("results/captured"))
     options = parser.parse_args()
     cases: list[dict[str, Any]] = []
@@ -61,7 +62,7 @@ def main() -> int:
             folder = options.out / f"{walk}_{target}"
             command = [
                 "validate", "--locomotion", str(options.data / walk_file), "--target", str(options.data / target_file),
-                "--target-frame", str(frame), "--seeds", str(options.seeds), "--no-pictures", "-o", str(folder),
+                "--target-frame", str(frame), "--seeds", str(options.seeds), "--alpha", *options.alpha, "--no-pictures", "-o", str(folder),
             ]  # fmt: skip
             code = simprep(command)
             if code:

@@ -28,10 +28,10 @@ TARGETS = ("punch_right", "kick_front", "crawl")
 Cases = dict[tuple[str, int], dict[str, Any]]
 
 
-def study(timestep: float, seeds: range) -> Cases:
+def study(timestep: float, seeds: range, targets: list[str]) -> Cases:
     plan = StudyPlan(
         library_motion("walk"),
-        tuple(library_motion(name) for name in TARGETS),
+        tuple(library_motion(name) for name in targets),
         controllers=("mpc",),
         seeds=tuple(seeds),
     )
@@ -62,11 +62,12 @@ def change(a: float, b: float) -> float:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=2)
+    parser.add_argument("--targets", nargs="+", default=list(TARGETS))
     parser.add_argument("--timestep", type=float, default=DEFAULT_TIMESTEP_S)
     parser.add_argument("-o", "--out", type=Path, default=Path("results/timestep"))
     options = parser.parse_args()
-    whole = study(options.timestep, range(options.seeds))
-    half = study(options.timestep / 2, range(options.seeds))
+    whole = study(options.timestep, range(options.seeds), options.targets)
+    half = study(options.timestep / 2, range(options.seeds), options.targets)
     good = {key for key in whole if whole[key]["success"] and half[key]["success"]}
     a, b = medians(whole, good), medians(half, good)
     first = {key for key in good if key[1] % 2 == 0}
@@ -85,6 +86,7 @@ def main() -> int:
                       "-" if metric not in spread else f"{100 * spread[metric]:.1f} %")  # fmt: skip
     content = {
         "schema": "simprep.timestep_study/1", **provenance(sys.argv), "timestep_s": options.timestep, "seeds": options.seeds,
+        "targets": options.targets,
         "n": len(good), "n_cases": len(whole), "failed": sum(not c["success"] for c in whole.values()),
         "failed_half": sum(not c["success"] for c in half.values()), "metrics": rows,
     }  # fmt: skip
