@@ -4,6 +4,7 @@ A servo that only follows angles must be off its target by torque / kp to bear a
 of a walking person. Inverse dynamics says beforehand how much, so that sampling starts near the solution.
 """
 
+from copy import copy
 from dataclasses import dataclass
 from typing import Any
 
@@ -92,8 +93,6 @@ def nonnegative_least_squares(matrix: NDArray[np.float64], wanted: NDArray[np.fl
 
 
 def _without_constraints(model: Any) -> Any:
-    from copy import copy
-
     free = copy(model)
     free.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     return free

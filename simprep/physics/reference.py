@@ -5,13 +5,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+from scipy.spatial.transform import Rotation
 
 from simprep.errors import MotionError
 from simprep.humanoid import humanoid_model
 from simprep.motion.edit import resample, sample
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.motion import Motion, differentiate
+from simprep.motion.rotations import rotation_matrix
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,7 @@ def body_clearance(qpos: NDArray[np.float64], motion: Motion) -> NDArray[np.floa
     model = humanoid_model(motion.body)
     kinematics = forward_kinematics(qpos, motion.body)
     clearance = np.full((len(qpos), 17), np.inf)
-    rotation = _rotation_z_row(kinematics.xquat)  # (T, 17, 3) third row of each rotation matrix
+    rotation = rotation_matrix(kinematics.xquat)[..., 2, :]  # (T, 17, 3) third row of each rotation matrix
     for geom in range(model.ngeom):
         if model.geom_contype[geom] == 0:
             continue
@@ -139,19 +141,10 @@ def _lift_offset(depth: NDArray[np.float64], sigma: float) -> NDArray[np.float64
     needed = np.maximum(depth, 0.0)
     if needed.max() <= 0:
         return needed
-    from scipy.ndimage import maximum_filter1d
-
     width = 2 * int(2 * sigma) + 1
     envelope = maximum_filter1d(needed, width, mode="nearest")
     return np.maximum(gaussian_filter1d(envelope, sigma, mode="nearest"), needed)
 
 
-def _rotation_z_row(quat: NDArray[np.float64]) -> NDArray[np.float64]:
-    w, x, y, z = np.moveaxis(quat, -1, 0)
-    return np.stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)], axis=-1)
-
-
 def _quat_matrix(quat: NDArray[np.float64]) -> NDArray[np.float64]:
-    from scipy.spatial.transform import Rotation
-
     return np.asarray(Rotation.from_quat(quat, scalar_first=True).as_matrix())
