@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from simprep.humanoid import SIDES
 from simprep.library.curves import Curve, key_curve
+from simprep.library.entry import Entry
 from simprep.library.feet import FootPath, Stance, ankle_height
 from simprep.library.limbs import SIGNS
 from simprep.library.target import (
@@ -148,3 +149,6 @@ def _arm(late: int, lifts: list[float], up: float, stand: float) -> tuple[ArmKey
     trail: ArmPose = ((0.46, 0.08, -0.20), (-0.3, 0.8, -0.6), 60.0)
     swings = [(lift + 0.2, (reach, trail)[(number + late) % 2]) for number, lift in enumerate(lifts)]
     return arm_keys((0.1, HANGING), (READY_S, ready), (TARGET_S, ready), *swings, (stand, HANGING))
+
+
+ENTRIES = (Entry("crawl", "crawl", "walks under something low, deeply crouched", crawl),)

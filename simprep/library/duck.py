@@ -6,6 +6,7 @@ trunk. The downward acceleration stays below free fall.
 
 import numpy as np
 
+from simprep.library.entry import Entry
 from simprep.library.feet import FootPath, Stance
 from simprep.library.target import (
     GUARD_LEAD,
@@ -66,3 +67,6 @@ def duck() -> Motion:
             events={"target": TARGET_S},
         )
     )  # fmt: skip
+
+
+ENTRIES = (Entry("duck", "duck", "ducks on the spot", duck),)

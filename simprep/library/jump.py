@@ -13,6 +13,7 @@ from scipy.interpolate import BPoly
 
 from simprep.humanoid import GRAVITY, SIDES
 from simprep.library.curves import Curve
+from simprep.library.entry import Entry
 from simprep.library.feet import FootPath, Stance
 from simprep.library.limbs import SIGNS
 from simprep.library.posture import RELAXED
@@ -142,3 +143,6 @@ def _com_height(style: JumpStyle, land: float) -> Curve:
     table = np.array(keys)
     spline = BPoly.from_derivatives(table[:, 0], table[:, 1:])
     return lambda times: np.asarray(spline(np.clip(times, table[0, 0], table[-1, 0])))
+
+
+ENTRIES = (Entry("jump", "jump", "jumps forward", jump),)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.library.curves import Curve
+from simprep.library.entry import Entry
 from simprep.library.feet import FootPath, Stance
 from simprep.library.target import (
     GUARD_LEAD,
@@ -110,3 +111,8 @@ def _swing_pitch(floor: Curve, thigh: Curve, knee: Curve, ankle: Curve, weight: 
         return np.asarray((1 - share) * floor(times) + share * (thigh(times) - knee(times) + ankle(times)))
 
     return pitch
+
+
+ENTRIES = (
+    Entry("kick_front", "kick", "front kick at belly height", front_kick_right, {"side": "right", "height": "body"}),
+)

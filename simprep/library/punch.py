@@ -5,10 +5,9 @@ before; fist speed of amateurs and juniors 6 to 9 m/s (Liu 2022, junior boxers 7
 front foot at impact (Dinu & Louis 2020). Key values are set by hand.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
+from simprep.library.entry import Entry, mirrored
 from simprep.library.feet import FootPath, Stance
 from simprep.library.target import (
     GUARD_LEAD,
@@ -24,7 +23,6 @@ from simprep.library.target import (
     shared_pressure,
     support_point,
 )
-from simprep.motion.edit import mirror
 from simprep.motion.motion import Motion
 
 READY_S, TARGET_S, DRIVE_S, IMPACT_S, BACK_S = 0.70, 0.90, 1.08, 74 / 60, 1.75
@@ -85,6 +83,12 @@ def cross_right() -> Motion:
     return build_target(target)
 
 
-def cross_left() -> Motion:
-    """Left cross, right foot in front: the mirror image of the right cross."""
-    return replace(mirror(cross_right()), name="punch_left", source="simprep library: punch_left")
+_RIGHT = Entry(
+    "punch_right",
+    "punch",
+    "cross of the right hand to the head",
+    cross_right,
+    {"side": "right", "type": "cross", "height": "head"},
+)
+
+ENTRIES = (mirrored(_RIGHT, "punch_left", "cross of the left hand to the head"), _RIGHT)

@@ -1,33 +1,25 @@
 """Built-in motions by name: generated on first use, kept in memory."""
 
-from collections.abc import Callable
 from functools import cache
+from itertools import chain
 
 from simprep.errors import UnknownNameError
-from simprep.library.crawl import crawl
-from simprep.library.duck import duck
-from simprep.library.jump import jump
-from simprep.library.kick import front_kick_right
-from simprep.library.punch import cross_left, cross_right
-from simprep.library.stand import stand
-from simprep.library.walk import walk
+from simprep.library import crawl, duck, jump, kick, punch, stand, walk
+from simprep.library.entry import Entry
 from simprep.motion.motion import Motion
 
-_GENERATORS: dict[str, Callable[[], Motion]] = {
-    "stand": stand,
-    "walk": walk,
-    "punch_left": cross_left,
-    "punch_right": cross_right,
-    "kick_front": front_kick_right,
-    "crawl": crawl,
-    "duck": duck,
-    "jump": jump,
-}
+_MODULES = (stand, walk, punch, kick, crawl, duck, jump)
+_ENTRIES: dict[str, Entry] = {entry.name: entry for entry in chain.from_iterable(m.ENTRIES for m in _MODULES)}
+
+
+def library_entries() -> tuple[Entry, ...]:
+    """All built-in motions, family by family, without generating them."""
+    return tuple(_ENTRIES.values())
 
 
 def library_names() -> tuple[str, ...]:
     """Names of the built-in motions."""
-    return tuple(_GENERATORS)
+    return tuple(_ENTRIES)
 
 
 @cache
@@ -43,6 +35,6 @@ def library_motion(name: str) -> Motion:
     Raises:
         UnknownNameError: no such motion.
     """
-    if name not in _GENERATORS:
+    if name not in _ENTRIES:
         raise UnknownNameError("built-in motion", name, library_names())
-    return _GENERATORS[name]()
+    return _ENTRIES[name].generate()

@@ -4,6 +4,7 @@ import numpy as np
 
 from simprep.humanoid import SIDES
 from simprep.library.curves import FPS
+from simprep.library.entry import Entry
 from simprep.library.feet import FootPath, Stance
 from simprep.library.limbs import SIGNS
 from simprep.library.posture import RELAXED, hinge_angles, set_hinges, trunk_rotation
@@ -46,3 +47,6 @@ def stand() -> Motion:
     )
     qpos = solve_whole_body(plan)
     return Motion(qpos, FPS, plan.contacts, name="stand", source="simprep library: stand", loop=True)
+
+
+ENTRIES = (Entry("stand", "locomotion", "stands upright, arms hanging", stand),)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from simprep.humanoid import SIDES
 from simprep.library.curves import FPS, key_curve
+from simprep.library.entry import Entry
 from simprep.library.feet import FootPath, Stance, lowest_point
 from simprep.library.limbs import SIGNS
 from simprep.library.posture import set_hinges, trunk_rotation
@@ -174,3 +175,6 @@ def _upper_body(
         }
     set_hinges(hinges, values)
     return hinges
+
+
+ENTRIES = (Entry("walk", "locomotion", "walks forward at a normal pace", walk, {"speed_m_s": 1.35}),)

@@ -1,0 +1,47 @@
+"""What the library knows of a motion before it is generated: name, family, parameters, and how to make it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+
+from simprep.motion.edit import mirror
+from simprep.motion.motion import Motion
+
+FAMILIES = ("locomotion", "guard", "punch", "kick", "block", "dodge", "crawl", "duck", "jump")
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One motion of the library.
+
+    Attributes:
+        name: unique, lower case.
+        family: one of `FAMILIES`.
+        summary: what a person does in it, in a few words.
+        generate: makes the motion; deterministic, no arguments.
+        parameters: what distinguishes it within its family (side, height, speed, ...), units in the keys.
+    """
+
+    name: str
+    family: str
+    summary: str
+    generate: Callable[[], Motion]
+    parameters: Mapping[str, float | str] = field(default_factory=dict)
+
+
+def mirrored(entry: Entry, name: str, summary: str, parameters: Mapping[str, float | str] | None = None) -> Entry:
+    """The entry whose motion is another's mirror image, left for right.
+
+    Args:
+        entry: the other.
+        name: of the new one.
+        summary: of the new one.
+        parameters: of the new one; None: the other's, with left and right exchanged.
+    """
+    sides: dict[float | str, float | str] = {"left": "right", "right": "left"}
+    if parameters is None:
+        parameters = {key: sides.get(value, value) for key, value in entry.parameters.items()}
+
+    def generate() -> Motion:
+        return replace(mirror(entry.generate()), name=name, source=f"simprep library: {name}")
+
+    return Entry(name, entry.family, summary, generate, parameters)
