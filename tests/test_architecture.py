@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1] / "simprep"
-FLOW = ("motion", "library", "preparation", "physics", "metrics", "report", "study", "cli")
+FLOW = ("motion", "library", "preparation", "behavior", "duel", "physics", "metrics", "report", "study", "cli")
 BASE = ("errors", "files", "humanoid", "scene")
 
 
