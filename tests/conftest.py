@@ -1,9 +1,20 @@
 """Shared fixtures."""
 
 import os
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+
+@pytest.fixture(scope="session", autouse=True)
+def own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """Cache of generated motions for this run alone, shared with the processes that tests start; no library of the user's."""
+    folder = tmp_path_factory.mktemp("cache")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("SIMPREP_CACHE_DIR", str(folder))
+        patch.delenv("SIMPREP_LIBRARY", raising=False)
+        yield folder
 
 
 @pytest.fixture(scope="session")

@@ -1,10 +1,11 @@
-"""Built-in motions by name: generated on first use, kept in memory."""
+"""Built-in motions by name: generated on first use, kept in memory and in the user's cache folder."""
 
 from functools import cache
 from itertools import chain
 
 from simprep.errors import UnknownNameError
 from simprep.library import crawl, duck, jump, kick, punch, stand, walk
+from simprep.library.cache import cached_motion
 from simprep.library.entry import Entry
 from simprep.motion.motion import Motion
 
@@ -37,4 +38,4 @@ def library_motion(name: str) -> Motion:
     """
     if name not in _ENTRIES:
         raise UnknownNameError("built-in motion", name, library_names())
-    return _ENTRIES[name].generate()
+    return cached_motion(name, _ENTRIES[name].generate)

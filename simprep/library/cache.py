@@ -1,0 +1,105 @@
+"""Motions on disk: made once, then loaded from the user's cache folder, bit by bit the same.
+
+A motion is kept under a key of everything that it depends on: the versions of simprep and the packages it computes with,
+the kind of machine, the model file and the source text of the code that makes motions. Whatever is wrong with the cache (a damaged
+or foreign file, a folder that cannot be written) only means that the motion is made anew.
+"""
+
+import contextlib
+import hashlib
+import os
+import platform
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
+
+import simprep
+from simprep.errors import MotionFileError
+from simprep.humanoid import mjcf_folder
+from simprep.motion.motion import Motion
+from simprep.motion.store import read_motion, save_motion
+
+ENVIRONMENT = "SIMPREP_CACHE_DIR"
+"""Environment variable that names another cache folder."""
+PACKAGES = ("numpy", "scipy", "mujoco", "mink", "daqp")
+"""Packages that poses are computed with."""
+KEPT_VERSIONS = 4
+"""Keys whose motions are kept; the oldest go. Several, so that two versions in use do not take turns in deleting."""
+_IMPORT_S = 5.0
+"""Longest time that importing simprep takes before this module's turn comes [s]."""
+_IMPORTED_AT = time.time() - _IMPORT_S
+
+
+def cache_folder() -> Path:
+    """Folder of cached motions: `SIMPREP_CACHE_DIR` where set, else the platform's for caches."""
+    named = os.environ.get(ENVIRONMENT)
+    if named:
+        return Path(named).expanduser()
+    import platformdirs
+
+    return Path(platformdirs.user_cache_dir("simprep", appauthor=False))
+
+
+def cached_motion(name: str, generate: Callable[[], Motion], inputs: bytes = b"") -> Motion:
+    """A motion from the cache, or made and put there.
+
+    Args:
+        name: of the motion; what `generate` makes must bear it.
+        generate: makes the motion; deterministic.
+        inputs: what it depends on besides our code and the model, such as the contents of a file.
+
+    Raises:
+        SimprepError: what `generate` raises.
+    """
+    if not _portable(name):
+        return generate()
+    suffix = f"-{hashlib.sha256(inputs).hexdigest()[:16]}" if inputs else ""
+    path = cache_folder() / "motions" / code_key() / f"{name}{suffix}.npz"
+    with contextlib.suppress(MotionFileError):
+        motion = read_motion(path)
+        if motion.name == name:
+            return motion
+    motion = generate()
+    if motion.name == name and not _edited_since_import():
+        with contextlib.suppress(OSError):
+            save_motion(motion, path)
+            _drop_old_versions(path.parents[1])
+    return motion
+
+
+@lru_cache(maxsize=1)
+def code_key() -> str:
+    """Hash of all that a generated motion depends on, 16 hexadecimal digits."""
+    digest = hashlib.sha256()
+    versions = [f"{package} {metadata.version(package)}" for package in PACKAGES]
+    digest.update("\n".join((simprep.__version__, platform.machine(), *versions)).encode())
+    for path in _sources():
+        digest.update(f"\n{path.name} {path.stat().st_size}\n".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()[:16]
+
+
+def _sources() -> Iterator[Path]:
+    package = Path(simprep.__file__).parent
+    for folder in ("library", "motion"):
+        yield from sorted((package / folder).rglob("*.py"))
+    yield package / "humanoid.py"
+    yield from sorted(mjcf_folder().glob("*.xml"))
+
+
+def _edited_since_import() -> bool:
+    """A running process may hold older code than the files now show; what it makes then belongs under no key."""
+    return any(path.stat().st_mtime > _IMPORTED_AT for path in _sources())
+
+
+def _drop_old_versions(folder: Path) -> None:
+    versions = sorted((path for path in folder.iterdir() if path.is_dir()), key=lambda path: path.stat().st_mtime)
+    for old in versions[:-KEPT_VERSIONS]:
+        shutil.rmtree(old, ignore_errors=True)
+
+
+def _portable(name: str) -> bool:
+    return bool(name) and all(letter.isalnum() or letter in "_-" for letter in name)
