@@ -115,6 +115,20 @@ class Body:
 DEFAULT_BODY = Body()
 
 
+def body_of_leg(leg_m: float) -> Body:
+    """The body whose thigh plus shank has a given length; its mass goes with the square of stature (equal BMI).
+
+    Args:
+        leg_m: hip to ankle joint along the bones [m].
+
+    Raises:
+        SettingError: no valid stature has such legs.
+    """
+    offsets = humanoid_model().body_pos[[1 + BODIES.index("left_shank"), 1 + BODIES.index("left_foot")]]
+    scale = leg_m / float(np.linalg.norm(offsets, axis=1).sum())
+    return Body(DEFAULT_HEIGHT_M * scale, DEFAULT_MASS_KG * scale**2)
+
+
 def mjcf_folder() -> Path:
     """Folder with the model files: inside the installed package, or beside it in a source checkout."""
     package = Path(__file__).resolve().parent

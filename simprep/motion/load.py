@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import DEFAULT_BODY, Body
+from simprep.errors import MotionError, MotionFileError, SettingError
+from simprep.humanoid import DEFAULT_BODY, Body, body_of_leg
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.motion import Motion
 
@@ -95,17 +95,49 @@ def import_motion(
         raise MotionFileError(path, f"larger than {MAX_FILE_BYTES // 10**6} MB")
     if path.suffix.lower() == ".npz":
         return _own(path, fps)
-    clip = read_source(path)
+    return retarget_clip(read_source(path), fps, up, scale, joint_map, body)
 
+
+def retarget_clip(
+    clip: SourceClip,
+    fps: float | None = None,
+    up: str | None = None,
+    scale: float | None = None,
+    joint_map: Mapping[str, str] | str | Path | None = None,
+    body: Body | None = DEFAULT_BODY,
+) -> ImportResult:
+    """Bring a foreign skeleton's motion onto our humanoid.
+
+    Args:
+        clip: the file as read.
+        fps: output frame rate [1/s]; None: the file's, at most 60.
+        up: the file's vertical axis; None to find it.
+        scale: metres per file unit; None to find it.
+        joint_map: our parts to the file's joint names, or a JSON file with that.
+        body: the humanoid to move; None for one with the legs of the person in the file, whose travel then needs no
+            scaling, so that several people keep the distances between them.
+
+    Returns:
+        The motion and the report.
+
+    Raises:
+        SimprepError: as for `load_motion`.
+    """
     from simprep.motion.ground import place_on_floor
     from simprep.motion.joint_map import find_joints, read_joint_map
-    from simprep.motion.normalise import normalise
+    from simprep.motion.normalise import leg_length, normalise
     from simprep.motion.targets import build_targets
 
+    path = clip.path
     if isinstance(joint_map, str | Path):
         joint_map = read_joint_map(joint_map)
     joints = find_joints(path, clip.names, clip.parents, joint_map)
     source = normalise(clip, joints, fps, up, scale)
+    if body is None:
+        try:
+            body = body_of_leg(leg_length(source.clip.positions, joints))
+        except SettingError as error:
+            raise MotionFileError(path, f"the person's {error}; another length unit can be given with --scale") from None
     targets = build_targets(source, joints, body)
     try:
         placed = place_on_floor(targets, body)

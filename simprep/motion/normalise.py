@@ -133,7 +133,13 @@ def _check_travel(clip: SourceClip, joints: JointMap) -> None:
         )
 
 
-def _leg_length(positions: NDArray[np.float64], joints: JointMap) -> float:
+def leg_length(positions: NDArray[np.float64], joints: JointMap) -> float:
+    """Thigh plus shank, median over the frames, mean of both sides [unit of the positions].
+
+    Args:
+        positions: (T, J, 3).
+        joints: its joint map.
+    """
     lengths = []
     for side in SIDES:
         thigh, shank, foot = (joints.joints[f"{side}_{part}"] for part in ("thigh", "shank", "foot"))
@@ -143,7 +149,7 @@ def _leg_length(positions: NDArray[np.float64], joints: JointMap) -> float:
 
 
 def _length_unit(clip: SourceClip, joints: JointMap, scale: float | None, warnings: list[str]) -> float:
-    leg = _leg_length(clip.positions, joints)
+    leg = leg_length(clip.positions, joints)
     if not leg > 1e-9:
         raise MotionFileError(clip.path, "the legs have no length: thigh, shank and foot joints coincide")
     low, high = LEG_RANGE_M
@@ -182,7 +188,7 @@ def _vertical(
         return up
     if clip.up is not None:
         return clip.up
-    legs = _leg_length(clip.positions, joints)
+    legs = leg_length(clip.positions, joints)
     # standing, the neck is more than a leg length above the ankles along the vertical; lying or crawling it is not
     for what, positions in (
         ("the motion", clip.positions),
@@ -213,7 +219,7 @@ def _drop_inserted_pose(
     used = sorted(joints.joints.values())
     relative = clip.positions[:60, used] - clip.positions[:60, joints.trunk[0]][:, None]
     jumps = np.linalg.norm(np.diff(relative, axis=0), axis=-1).mean(axis=-1)
-    leg = _leg_length(clip.positions, joints)
+    leg = leg_length(clip.positions, joints)
     if jumps[0] < 10 * np.median(jumps[1:]) or jumps[0] < 3 * jumps[1:].max() or jumps[0] < 0.05 * leg:
         return clip, None
     warnings.append(
