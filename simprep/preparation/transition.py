@@ -28,7 +28,8 @@ DEFAULT_WINDOW_S = 0.3
 
 _ROOT_SHARE_S = 0.2  # how much the root counts in the placement, as seconds of stance of a foot
 _FOOT_SHARE_S = 1.0
-_VELOCITY_S = 0.1  # a velocity difference of 1 m/s weighs as much as 0.1 m in the pose distance
+VELOCITY_S = 0.1
+"""In pose distances, a velocity difference of 1 m/s weighs as much as this many metres [s]."""
 
 
 @dataclass(frozen=True)
@@ -119,19 +120,28 @@ def launch_frame(locomotion: Motion, first: int, after: int, target: Motion, ent
         entry: frame of the target with which it is entered.
     """
     candidates = np.arange(first, after)
-    pose, velocity = _local(locomotion)
-    goal_pose, goal_velocity = _local(cut(replace(target, loop=False), max(entry - 1, 0), min(entry + 2, len(target))))
+    pose, velocity = local_state(locomotion)
+    goal_pose, goal_velocity = local_state(
+        cut(replace(target, loop=False), max(entry - 1, 0), min(entry + 2, len(target)))
+    )
     at = min(entry, 1)
     distance = ((pose[candidates] - goal_pose[at]) ** 2).sum(axis=(1, 2))
-    distance += _VELOCITY_S**2 * ((velocity[candidates] - goal_velocity[at]) ** 2).sum(axis=(1, 2))
+    distance += VELOCITY_S**2 * ((velocity[candidates] - goal_velocity[at]) ** 2).sum(axis=(1, 2))
     same = (locomotion.contacts[candidates] == target.contacts[entry]).all(axis=1)
     if same.any():
         distance = np.where(same, distance, np.inf)
     return int(candidates[np.argmin(distance)])
 
 
-def _local(motion: Motion) -> tuple[Array, Array]:
-    """Body positions relative to the root on the floor in its heading (T, 17, 3), and velocities in the same axes."""
+def local_state(motion: Motion) -> tuple[Array, Array]:
+    """Body positions and velocities aligned in plan and heading, so that poses anywhere on the floor compare.
+
+    Args:
+        motion: the motion.
+
+    Returns:
+        Positions (T, 17, 3) relative to the root on the floor, in the axes of its heading [m]; velocities in the same axes [m/s].
+    """
     positions = forward_kinematics(motion.qpos, motion.body).xpos
     heading, _ = split_heading(motion.qpos[:, 3:7])
     velocity = np.gradient(positions, 1 / motion.fps, axis=0) if len(motion) > 1 else np.zeros_like(positions)

@@ -1,0 +1,266 @@
+"""Hierarchical motion graph: cyclic locomotion as core nodes, target motions hung on them (2013 paper, section 4.1, Fig. 3).
+
+An edge joins frames of two motions whose bodies are nearest, in position and velocity, after the two are aligned in plan and
+heading, among frames in which the same feet support; local minima of that distance are kept (Kovar et al. 2002, whose
+point clouds are here the 17 joints). Core nodes are joined with each other, with the part of a target before its target
+movement, and with the part after its last event.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import permutations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import minimum_filter
+from scipy.spatial.distance import cdist
+
+from simprep.errors import MotionError, SettingError, UnknownNameError
+from simprep.motion.edit import repeat, resample
+from simprep.motion.motion import Motion
+from simprep.preparation.reference_posture import reference_posture
+from simprep.preparation.transition import VELOCITY_S, local_state
+
+Array = NDArray[np.float64]
+
+KINDS = ("core", "entry", "prepared", "exit")
+
+
+@dataclass(frozen=True)
+class GraphSettings:
+    """What counts as a transition.
+
+    Attributes:
+        threshold: largest distance of a transition [m]: root mean square over the 17 joints of the position difference, with
+            the velocity difference times 0.1 s as a further coordinate. 0.2 m lets a walk end in quiet standing.
+        apart: least time between two transitions of the same pair of motions, in either of them [s].
+        fps: frame rate at which the motions are compared and frames are counted [1/s].
+
+    Raises:
+        SettingError: a value that is not positive.
+    """
+
+    threshold: float = 0.2
+    apart: float = 0.1
+    fps: float = 60.0
+
+    def __post_init__(self) -> None:
+        for name in ("threshold", "apart", "fps"):
+            if not getattr(self, name) > 0:
+                raise SettingError(f"motion graph: {name} {getattr(self, name)}; valid: above 0")
+
+
+@dataclass(frozen=True)
+class Node:
+    """A motion of the graph.
+
+    Attributes:
+        name: of the motion.
+        core: cyclic locomotion; otherwise a target.
+        frames: its length at the graph's frame rate.
+        target_frame: first frame of the target movement (T_t); None for a core node.
+        reference_frame: frame of its reference posture (T_p); None for a core node.
+        exit_frame: first frame from which it may be left: after its last event, and after the middle between `target_frame` and
+            its end; None for a core node.
+    """
+
+    name: str
+    core: bool
+    frames: int
+    target_frame: int | None = None
+    reference_frame: int | None = None
+    exit_frame: int | None = None
+
+
+@dataclass(frozen=True)
+class Transition:
+    """An edge: from a frame of one motion to a frame of another.
+
+    Attributes:
+        source: name of the motion left.
+        source_frame: its frame in whose place the other begins.
+        target: name of the motion entered.
+        target_frame: its frame that is entered.
+        distance: between the two frames, as in `GraphSettings.threshold` [m].
+        kind: `core` between core nodes; `entry` from a core node into a target before its target movement; `prepared` from a
+            core node into a target's reference posture, whatever the distance: the level of preparation is what makes
+            it small; `exit` from a target back to a core node.
+    """
+
+    source: str
+    source_frame: int
+    target: str
+    target_frame: int
+    distance: float
+    kind: str
+
+
+@dataclass(frozen=True)
+class MotionGraph:
+    """Nodes and transitions.
+
+    Attributes:
+        nodes: core nodes first.
+        transitions: sorted by source, target, kind, then distance.
+        settings: how the transitions were found.
+    """
+
+    nodes: tuple[Node, ...]
+    transitions: tuple[Transition, ...]
+    settings: GraphSettings = GraphSettings()
+
+    @property
+    def core(self) -> tuple[str, ...]:
+        """Names of the core nodes."""
+        return tuple(node.name for node in self.nodes if node.core)
+
+    @property
+    def targets(self) -> tuple[str, ...]:
+        """Names of the target motions."""
+        return tuple(node.name for node in self.nodes if not node.core)
+
+    def node(self, name: str) -> Node:
+        """The node of a motion.
+
+        Raises:
+            UnknownNameError: no such motion in the graph.
+        """
+        for node in self.nodes:
+            if node.name == name:
+                return node
+        raise UnknownNameError("motion of the graph", name, (node.name for node in self.nodes))
+
+    def between(self, source: str, target: str, kind: str | None = None) -> tuple[Transition, ...]:
+        """Transitions from one motion to another, nearest first; those of one kind, or of all.
+
+        Raises:
+            UnknownNameError: no such motion, or no such kind.
+        """
+        self.node(source), self.node(target)
+        if kind is not None and kind not in KINDS:
+            raise UnknownNameError("kind of transition", kind, KINDS)
+        found = [t for t in self.transitions if (t.source, t.target) == (source, target) and kind in (None, t.kind)]
+        return tuple(sorted(found, key=lambda t: (t.distance, t.source_frame, t.target_frame)))
+
+    def unreachable(self) -> tuple[str, ...]:
+        """Targets into which no transition under the threshold leads from any core node."""
+        entered = {t.target for t in self.transitions if t.kind == "entry"}
+        return tuple(name for name in self.targets if name not in entered)
+
+    def dead_ends(self) -> tuple[str, ...]:
+        """Targets from which no transition under the threshold leads back to a core node."""
+        left = {t.source for t in self.transitions if t.kind == "exit"}
+        return tuple(name for name in self.targets if name not in left)
+
+
+def build_graph(
+    core: Sequence[Motion], targets: Iterable[Motion], settings: GraphSettings | None = None
+) -> MotionGraph:
+    """Find every transition between core nodes, and between core nodes and targets.
+
+    Args:
+        core: cyclic locomotion, the core nodes (paper: 4).
+        targets: motions with the event `target`.
+        settings: threshold and frame rate.
+
+    Raises:
+        MotionError: no core node, a core node that is no loop, a target without a marked target movement, two motions of one
+            name, or motions of different bodies.
+    """
+    settings = settings or GraphSettings()
+    loops = [resample(motion, settings.fps) for motion in core]
+    others = [resample(replace(motion, loop=False), settings.fps) for motion in targets]
+    _refuse_unfit(loops, others)
+    nodes = [Node(motion.name, True, len(motion)) for motion in loops]
+    nodes += [_target_node(motion) for motion in others]
+    at = {node.name: node for node in nodes}
+    features = {motion.name: pose_features(motion) for motion in (*loops, *others)}
+    found: list[Transition] = []
+    for a, b in permutations(loops, 2):
+        found += _transitions(a, b, features, "core", settings)
+    for loop in loops:
+        for other in others:
+            node = at[other.name]
+            assert node.target_frame is not None and node.reference_frame is not None and node.exit_frame is not None
+            found += _transitions(loop, other, features, "entry", settings, after=(0, node.target_frame + 1))
+            reference = (node.reference_frame, node.reference_frame + 1)
+            found += _transitions(loop, other, features, "prepared", settings, after=reference)
+            found += _transitions(other, loop, features, "exit", settings, before=(node.exit_frame, node.frames))
+    found.sort(key=lambda t: (t.source, t.target, t.kind, t.distance, t.source_frame, t.target_frame))
+    return MotionGraph(tuple(nodes), tuple(found), settings)
+
+
+def pose_features(motion: Motion) -> Array:
+    """Coordinates whose Euclidean distance is that of `GraphSettings.threshold`.
+
+    Args:
+        motion: a loop's first and last frames see each other as neighbours.
+
+    Returns:
+        (T, 102) [m]: positions and 0.1 s times velocities of the 17 joints, aligned in plan and heading, over sqrt(17).
+    """
+    n = len(motion)
+    if motion.loop:
+        position, velocity = (part[n : 2 * n] for part in local_state(repeat(motion, 3)))
+    else:
+        position, velocity = local_state(motion)
+    parts = np.stack([position, VELOCITY_S * velocity], axis=-1).reshape(n, -1)
+    return np.asarray(parts / np.sqrt(position.shape[1]))
+
+
+def _transitions(
+    source: Motion,
+    target: Motion,
+    features: Mapping[str, Array],
+    kind: str,
+    settings: GraphSettings,
+    before: tuple[int, int] | None = None,
+    after: tuple[int, int] | None = None,
+) -> list[Transition]:
+    """Local minima of the distance over frame pairs in which the same feet support; `before`, `after`: allowed frames."""
+    first, last = before or (0, len(source))
+    begin, end = after or (0, len(target))
+    distance = cdist(features[source.name][first:last], features[target.name][begin:end])
+    same = (source.contacts[first:last, None] == target.contacts[None, begin:end]).all(axis=2)
+    distance = np.where(same, distance, np.inf)
+    size = 2 * max(1, round(settings.apart * settings.fps)) + 1
+    modes = tuple("wrap" if motion.loop else "nearest" for motion in (source, target))
+    lowest = minimum_filter(distance, size, mode=modes)
+    limit = np.inf if kind == "prepared" else settings.threshold
+    pairs = np.argwhere((distance <= lowest) & (distance < np.inf) & (distance <= limit))
+    kept: list[tuple[int, int]] = []
+    for i, j in sorted(pairs.tolist(), key=lambda pair: (distance[pair[0], pair[1]], pair)):
+        # a motion that holds still has plateaus of equal minima: the first of each stays
+        if all(max(_gap(i, a, source), _gap(j, b, target)) > size // 2 for a, b in kept):
+            kept.append((i, j))
+    return [Transition(source.name, i + first, target.name, j + begin, float(distance[i, j]), kind) for i, j in kept]
+
+
+def _gap(a: int, b: int, motion: Motion) -> int:
+    gap = abs(a - b)
+    return min(gap, len(motion) - gap) if motion.loop else gap
+
+
+def _target_node(motion: Motion) -> Node:
+    reference = reference_posture(motion)
+    over = max(max(motion.events.values()) + 1, (reference.target_frame + len(motion)) // 2)
+    after = min(over, len(motion) - 1)
+    return Node(motion.name, False, len(motion), reference.target_frame, reference.frame, after)
+
+
+def _refuse_unfit(core: Sequence[Motion], targets: Sequence[Motion]) -> None:
+    if not core:
+        raise MotionError("a motion graph without core nodes; valid: at least one cyclic locomotion")
+    for motion in core:
+        if not motion.loop:
+            raise MotionError(f"{motion.name} is no loop; core nodes of a motion graph are cyclic locomotion")
+    motions = (*core, *targets)
+    names = [motion.name for motion in motions]
+    for name in names:
+        if names.count(name) > 1:
+            raise MotionError(f"{name} is in the motion graph twice; valid: every motion once")
+    for motion in motions:
+        if motion.body != core[0].body:
+            raise MotionError(
+                f"{motion.name} and {core[0].name} belong to different bodies: {motion.body}, {core[0].body}"
+            )
