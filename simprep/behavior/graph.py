@@ -181,7 +181,9 @@ def build_graph(
     for loop in loops:
         for other in others:
             node = at[other.name]
-            assert node.target_frame is not None and node.reference_frame is not None and node.exit_frame is not None
+            assert node.target_frame is not None
+            assert node.reference_frame is not None
+            assert node.exit_frame is not None
             found += _transitions(loop, other, features, "entry", settings, after=(0, node.target_frame + 1))
             reference = (node.reference_frame, node.reference_frame + 1)
             found += _transitions(loop, other, features, "prepared", settings, after=reference)

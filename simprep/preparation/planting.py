@@ -36,12 +36,14 @@ class Planted:
         foot_error: (T, 2) distance of each ankle from where it should be, supporting or not [m].
         pelvis_drop: (T,) how far the pelvis was lowered so that the legs reach [m].
         kinematics: of `qpos`.
+        corrections: (T, 2, 4) how far each foot was shifted [m] and turned about the vertical [rad].
     """
 
     qpos: Array
     foot_error: Array
     pelvis_drop: Array
     kinematics: Kinematics
+    corrections: Array
 
 
 def plant_feet(
@@ -53,6 +55,7 @@ def plant_feet(
     fps: float,
     body: Body = DEFAULT_BODY,
     settings: PreparationSettings = DEFAULT_SETTINGS,
+    start: Array | None = None,
 ) -> Planted:
     """Move the legs (and lower the pelvis where they cannot reach) so that supporting feet stay put.
 
@@ -61,21 +64,27 @@ def plant_feet(
         source: kinematics of the motion it was made from, whose contacts these are.
         contacts: (T, 2) supporting feet.
         weight: (T,) how far `qpos` is from the source: 0 = it is the source, 1 = nothing of it is left.
-        reference_height: (2,) height of each sole above the floor at weight 1 [m].
+        reference_height: (2,) or (T, 2) height of each sole above the floor at weight 1 [m].
         fps: frames per second [1/s].
         body: the humanoid.
         settings: times and clearances.
+        start: (2, 4) corrections of the first frame, where a stance goes on from an earlier part of the motion.
     """
     before = forward_kinematics(qpos, body)
     rotation = rotation_matrix(before.xquat)
     goal = np.empty((len(qpos), 2, 3))
     goal_rotation = np.empty((len(qpos), 2, 3, 3))
     changed = np.zeros((len(qpos), 2), dtype=bool)
+    corrections = np.zeros((len(qpos), 2, 4))
+    start = np.zeros((2, 4)) if start is None else start
     for side, leg in enumerate(legs(body)):
         foot = FEET[side]
         track = _Track(leg, before.xpos[:, foot], rotation[:, foot])
         origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
-        shift, turn = _corrections(track, origin, contacts[:, side], weight, reference_height[side], fps, settings)
+        height = reference_height[..., side]
+        value = _corrections(track, origin, contacts[:, side], weight, height, fps, settings, start[side])
+        corrections[:, side] = value
+        shift, turn = value[:, :3], value[:, 3]
         goal[:, side] = track.ankle + shift
         goal_rotation[:, side] = axis_rotation("z", turn) @ track.rotation
         changed[:, side] = (np.abs(shift).max(axis=1) > _NOTHING) | (np.abs(turn) > _NOTHING)
@@ -103,7 +112,7 @@ def plant_feet(
         if not missed.any():
             break
     error = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1)
-    return Planted(out, error, drop, after)
+    return Planted(out, error, drop, after, corrections)
 
 
 def _keep_carrying_points(
@@ -163,20 +172,22 @@ def _corrections(
     origin: _Track,
     contact: NDArray[np.bool_],
     weight: Array,
-    reference_height: float,
+    reference_height: Array | float,
     fps: float,
     settings: PreparationSettings,
-) -> tuple[Array, Array]:
-    """Shift of the ankle (T, 3) and turn of the foot about the vertical (T,)."""
+    start: Array,
+) -> Array:
+    """Shift of the ankle and turn of the foot about the vertical, (T, 4); `start` are those of the first frame, in stance."""
     n = len(contact)
     value = np.zeros((n, 4))  # x, y, z, heading
     height = (1 - weight) * (origin.ankle[:, 2] + origin.sole) + weight * reference_height
     runs = stances(contact)
     for first, after in runs:
         part = slice(first, after)
+        begin = start if first == 0 else np.zeros(4)
         keep = 1 - (weight[part][1:] + weight[part][:-1]) / 2
         own = _from_zero(keep * np.diff(origin.heading[part]))
-        turn = own - (track.heading[part] - track.heading[first])
+        turn = begin[3] + own - (track.heading[part] - track.heading[first])
         stance = _Track(track.leg, track.ankle[part], track.rotation[part])
         before = _Track(track.leg, origin.ankle[part], origin.rotation[part])
         slip = np.diff(before.ankle[:, :2], axis=0) - before.rolling(np.zeros(after - first))
@@ -184,7 +195,7 @@ def _corrections(
         c, s = np.cos(twist), np.sin(twist)
         slip = keep[:, None] * np.stack([c * slip[:, 0] - s * slip[:, 1], s * slip[:, 0] + c * slip[:, 1]], axis=-1)
         place = _from_zero(stance.rolling(turn) + slip)
-        value[part, :2] = place - (stance.ankle[:, :2] - stance.ankle[0, :2])
+        value[part, :2] = begin[:2] + place - (stance.ankle[:, :2] - stance.ankle[0, :2])
         value[part, 2] = height[part] - (stance.ankle[:, 2] + stance.sole)
         value[part, 3] = turn
     ease = max(2, round(settings.foot_ease * fps))
@@ -203,7 +214,7 @@ def _corrections(
     floor = np.minimum(0.0, height) + weight * travel
     touched = swing & ((weight > 0) | (np.abs(value).max(axis=1) > _NOTHING))
     value[:, 2] += np.where(touched, np.maximum(floor - sole, 0.0), 0.0)
-    return value[:, :3], value[:, 3]
+    return value
 
 
 def _bridge(value: Array, start: int, left: int, landed: int, stop: int, ease: int) -> None:

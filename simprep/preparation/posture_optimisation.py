@@ -260,6 +260,7 @@ def optimise_postures(
     fps: float,
     body: Body = DEFAULT_BODY,
     settings: PreparationSettings = DEFAULT_SETTINGS,
+    measure: bool = True,
 ) -> OptimisedPostures:
     """Optimise the upper body frame by frame; root and legs stay exactly as they are.
 
@@ -275,6 +276,7 @@ def optimise_postures(
         fps: frames per second [1/s].
         body: the humanoid.
         settings: weights and step limit.
+        measure: whether to give the costs before and after; NaN otherwise.
     """
     goals = centres
     if settings.support_smoothing > 0:
@@ -308,6 +310,8 @@ def optimise_postures(
         _repair(problem, out, com[:, :2], centres, share, fps)
 
     before, after = np.full((n, 4), np.nan), np.full((n, 4), np.nan)
+    if not measure:
+        return OptimisedPostures(out, before, after, steps, goals)
     last = before_last = None
     for frame in np.flatnonzero(share > 0).tolist():
         if frame > 0 and share[frame - 1] <= 0:

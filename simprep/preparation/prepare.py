@@ -6,24 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import FEET
-from simprep.motion.contacts import stances
 from simprep.motion.edit import cut, loop_displacement, repeat
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
-from simprep.motion.support import polygons, support_centre, support_points
-from simprep.preparation.blending import blend_hinges, joint_weights
-from simprep.preparation.planting import plant_feet
-from simprep.preparation.posture_optimisation import optimise_postures
+from simprep.motion.support import polygons
+from simprep.preparation.blending import split_heading
 from simprep.preparation.reference_posture import ReferencePosture, reference_posture
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
-from simprep.preparation.trajectory import blend_root, mean_root_height, support_root_height, support_share
+from simprep.preparation.synthesis import Locomotion, Style, synthesise
+from simprep.preparation.trajectory import heading_trend
 
 Array = NDArray[np.float64]
-
-_RESTING_HEIGHT_M = 0.01
-_RESTING_SPEED = 0.1  # m/s
-_RESTING_TIME_S = 0.1
 
 
 @dataclass(frozen=True)
@@ -115,57 +108,22 @@ def prepare(
         )
     level = _levels(locomotion, alpha, duration)
     source = extend(locomotion, len(level))
-    root_weight, weights = joint_weights(level, settings)
-    kinematics = forward_kinematics(source.qpos, source.body)
-
-    qpos = source.qpos.copy()
-    qpos[:, 7:] = blend_hinges(source.qpos[:, 7:], reference.qpos[7:], weights)
     cycle = (len(locomotion), loop_displacement(locomotion)[0]) if locomotion.loop and len(locomotion) > 1 else None
-    path = blend_root(source.qpos[:, :7], reference.qpos[:7], root_weight, source.fps, cycle)
-    qpos[:, :2], qpos[:, 3:7] = path.position, path.quat
-    touched = (root_weight > 0) | (weights > 0).any(axis=1)
-    if touched.any():
-        blended = forward_kinematics(qpos, source.body)  # at the locomotion's root height
-        if settings.root_height == "mean":
-            height = mean_root_height(
-                source.qpos[:, 2],
-                kinematics.xpos[:, FEET, 2] - source.qpos[:, 2:3],
-                blended.xpos[:, FEET, 2] - source.qpos[:, 2:3],
-            )
-        else:
-            sole = kinematics.foot_points[..., 2].min(axis=2)
-            sole_goal = (1 - root_weight)[:, None] * sole + root_weight[:, None] * reference.sole_height
-            soles_after = blended.foot_points[..., 2].min(axis=2) - source.qpos[:, 2:3]
-            height = support_root_height(sole_goal, soles_after, support_share(source.contacts, source.fps))
-        qpos[:, 2] = np.where(touched, height, source.qpos[:, 2])
-        planted = plant_feet(
-            qpos, kinematics, source.contacts, root_weight, reference.sole_height, source.fps, source.body, settings
-        )
-        qpos, kinematics = planted.qpos, planted.kinematics
-        foot_error, drop = planted.foot_error, planted.pelvis_drop
-    else:
-        foot_error, drop = np.zeros((len(qpos), 2)), np.zeros(len(qpos))
-
-    contacts = source.contacts
-    if touched.any():
-        contacts = contacts | resting_feet(kinematics.foot_points, root_weight, reference, source.fps)
-    floor, mask = support_points(kinematics.foot_points, contacts)
-    centre = support_centre(floor, mask)
-    goal = np.full((len(qpos), 2), np.nan)
-    com = com_before = kinematics.com
-    costs_before = costs_after = np.full((len(qpos), 4), np.nan)
-    steps = np.zeros(len(qpos), dtype=np.int64)
-    if optimise and (level >= settings.threshold).any():
-        optimised = optimise_postures(
-            qpos, com, centre, change_share(level, source.fps, settings), source.fps, source.body, settings
-        )
-        qpos, steps, goal = optimised.qpos, optimised.steps, optimised.goals
-        costs_before, costs_after = optimised.before, optimised.after
+    heading, _ = split_heading(source.qpos[:, 3:7])
+    trend = heading_trend(np.unwrap(heading), source.fps, cycle)
+    style = Style(reference.qpos, reference.sole_height, reference.contacts)
+    result = synthesise(
+        Locomotion(source.qpos, source.contacts, trend, source.fps, source.body), style, level, settings, optimise
+    )
+    qpos, optimised = result.qpos, result.optimised
+    com = com_before = result.kinematics.com
+    if optimised is not None:
         com = forward_kinematics(qpos, source.body).com
+    costs = np.full((2, len(qpos), 4), np.nan)
     motion = replace(
         source,
         qpos=qpos,
-        contacts=contacts,
+        contacts=result.contacts,
         events={},
         name=f"{locomotion.name}_preparing_{target.name}",
         source=f"prepared: {locomotion.source}; for {target.source}",
@@ -173,45 +131,23 @@ def prepare(
     )
     record = Record(
         alpha=level,
-        root_weight=root_weight,
-        weights=weights,
-        costs_before=costs_before,
-        costs_after=costs_after,
-        steps=steps,
+        root_weight=result.root_weight,
+        weights=result.weights,
+        costs_before=costs[0] if optimised is None else optimised.before,
+        costs_after=costs[1] if optimised is None else optimised.after,
+        steps=np.zeros(len(qpos), dtype=np.int64) if optimised is None else optimised.steps,
         com_before=com_before,
         com=com,
-        support=tuple(polygons(floor, mask)),
-        centre=centre,
-        goal=goal,
+        support=tuple(polygons(*result.support)),
+        centre=result.centre,
+        goal=np.full((len(qpos), 2), np.nan) if optimised is None else optimised.goals,
         locomotion_contacts=source.contacts,
-        foot_error=foot_error,
-        pelvis_drop=drop,
+        foot_error=result.foot_error,
+        pelvis_drop=result.pelvis_drop,
         reference=reference,
         settings=settings,
     )
     return Preparation(motion, record)
-
-
-def change_share(alpha: Array, fps: float, settings: PreparationSettings = DEFAULT_SETTINGS) -> Array:
-    """How much of the posture change is used at each level of preparation.
-
-    Args:
-        alpha: (T,).
-        fps: frames per second [1/s].
-        settings: threshold and ramp.
-
-    Returns:
-        (T,) 0 below the threshold; above it, smoothly rising and falling in time where alpha passes the threshold.
-    """
-    share = np.zeros(len(alpha))
-    ramp = settings.threshold_ramp * fps
-    for first, after in stances(np.asarray(alpha >= settings.threshold)):
-        frames = np.arange(first, after)
-        since = np.inf if first == 0 else frames - first + 1.0
-        until = np.inf if after == len(alpha) else after - frames + 0.0
-        x = np.minimum(np.minimum(since, until) / (ramp + 1), 1.0)
-        share[first:after] = x * x * (3 - 2 * x)
-    return share
 
 
 def extend(locomotion: Motion, frames: int) -> Motion:
@@ -228,34 +164,6 @@ def extend(locomotion: Motion, frames: int) -> Motion:
             f"valid: at most {(len(locomotion) - 1) / locomotion.fps:.2f} s"
         )
     return cut(locomotion, 0, frames)
-
-
-def resting_feet(foot_points: Array, weight: Array, reference: ReferencePosture, fps: float) -> NDArray[np.bool_]:
-    """Feet that rest on the floor although the locomotion has them in the air, since blending has taken their swing away.
-
-    A foot rests where it supports in the reference posture too, and its lowest point is within 1 cm of the height it has
-    there and slower than 0.1 m/s, for at least 0.1 s.
-
-    Args:
-        foot_points: (T, 2, 4, 3) of the blended motion [m].
-        weight: (T,) blending weight of the root.
-        reference: the reference posture.
-        fps: frames per second [1/s].
-
-    Returns:
-        (T, 2).
-    """
-    resting = np.zeros(foot_points.shape[:2], dtype=bool)
-    if len(foot_points) < 2:
-        return resting
-    speed = np.linalg.norm(np.gradient(foot_points, 1 / fps, axis=0), axis=-1)  # (T, 2, 4)
-    height = foot_points[..., 2] - weight[:, None, None] * reference.sole_height[:, None]
-    still = ((height < _RESTING_HEIGHT_M) & (speed < _RESTING_SPEED)).any(axis=2)
-    still &= (weight > 0)[:, None] & reference.contacts
-    for side in (0, 1):
-        for first, after in stances(still[:, side]):
-            resting[first:after, side] = after - first >= _RESTING_TIME_S * fps
-    return resting
 
 
 def _levels(locomotion: Motion, alpha: float | Array, duration: float | None) -> Array:

@@ -19,11 +19,15 @@ class RootPath:
         position: (T, 2) [m].
         heading: (T,) [rad], unwrapped.
         quat: (T, 4) root orientation, wxyz.
+        lag: (T,) heading lost so far against the locomotion [rad].
+        lost: (T, 2) travel lost so far against the locomotion [m].
     """
 
     position: Array
     heading: Array
     quat: Array
+    lag: Array
+    lost: Array
 
 
 def heading_trend(heading: Array, fps: float, cycle: tuple[int, float] | None = None) -> Array:
@@ -46,7 +50,11 @@ def heading_trend(heading: Array, fps: float, cycle: tuple[int, float] | None = 
 
 
 def blend_root(
-    locomotion: Array, reference: Array, weight: Array, fps: float, cycle: tuple[int, float] | None = None
+    locomotion: Array,
+    reference: Array,
+    weight: Array,
+    trend: Array,
+    start: tuple[float, Array] = (0.0, np.zeros(2)),
 ) -> RootPath:
     """Blend the root's tilt and slow down its travel and turning.
 
@@ -57,31 +65,30 @@ def blend_root(
 
     Args:
         locomotion: (T, 7) root of the locomotion: position [m] and quaternion wxyz.
-        reference: (7,) root of the reference posture.
+        reference: (7,) root of the reference posture, or (T, 7).
         weight: (T,) blending weight of the root.
-        fps: frames per second [1/s].
-        cycle: see `heading_trend`.
+        trend: (T,) heading without the turning of the pelvis to and fro, see `heading_trend` [rad].
+        start: heading [rad] and travel (2,) [m] lost before the first frame, where this goes on from an earlier path.
 
     Returns:
         The root path; exactly that of the locomotion up to the first frame with a weight above 0.
     """
     heading, tilt = split_heading(locomotion[:, 3:7])
     heading = np.unwrap(heading)
-    _, reference_tilt = split_heading(reference[3:7])
-    trend = heading_trend(heading, fps, cycle)
+    _, reference_tilt = split_heading(reference[..., 3:7])
     between = (weight[1:] + weight[:-1]) / 2  # weight over the step from one frame to the next
-    lag = np.concatenate([[0.0], np.cumsum(-between * np.diff(trend))])  # heading lost so far
+    lag = start[0] + np.concatenate([[0.0], np.cumsum(-between * np.diff(trend))])
     step = np.diff(locomotion[:, :2], axis=0)
     turn = (lag[1:] + lag[:-1]) / 2
     c, s = np.cos(turn), np.sin(turn)
     turned = np.stack([c * step[:, 0] - s * step[:, 1], s * step[:, 0] + c * step[:, 1]], axis=-1)
-    lost = np.concatenate([np.zeros((1, 2)), np.cumsum((1 - between)[:, None] * turned - step, axis=0)])
+    lost = start[1] + np.concatenate([np.zeros((1, 2)), np.cumsum((1 - between)[:, None] * turned - step, axis=0)])
     blended_tilt = (1 - weight)[:, None] * tilt + weight[:, None] * reference_tilt
     blended_heading = heading + lag - weight * (heading - trend)
     quat = join_heading(blended_heading, blended_tilt)
     untouched = (weight == 0) & (lag == 0)
     quat = np.where(untouched[:, None], locomotion[:, 3:7], quat)
-    return RootPath(position=locomotion[:, :2] + lost, heading=blended_heading, quat=quat)
+    return RootPath(locomotion[:, :2] + lost, blended_heading, quat, lag, lost)
 
 
 def support_share(contacts: NDArray[np.bool_], fps: float, smoothing: float = 0.05) -> Array:
