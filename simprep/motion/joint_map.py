@@ -80,28 +80,12 @@ def find_joints(
         UnknownNameError: the override names no role of ours.
         MotionFileError: the override names a joint that the file lacks, or a part the retargeting needs is missing.
     """
-    roles: dict[str, int] = {}
-    parts = [_split(name) for name in names]
-    for role in ROLES:
-        side, _, part = role.partition("_")
-        found = _first(parts, side, _WORDS[part]) if side in SIDES else _first(parts, "", _TRUNK_WORDS[role])
-        if found is not None:
-            roles[role] = found
+    roles = _roles_by_name(names)
     for side in SIDES:
         _resolve_doubles(side, roles, parents)
     if "neck" not in roles and "head" in roles and parents[roles["head"]] >= 0:
         roles["neck"] = roles.pop("head")
-    index = {name: number for number, name in enumerate(names)}
-    for role, name in (override or {}).items():
-        if role not in ROLES:
-            raise UnknownNameError("part in the joint map", role, ROLES)
-        if name == "none":
-            roles.pop(role, None)
-        elif name in index:
-            roles[role] = index[name]
-        else:
-            shown = ", ".join(names[:40]) + (", ..." if len(names) > 40 else "")
-            raise MotionFileError(path, f"the joint map names {name!r} for {role!r}; joints of the file: {shown}")
+    _override(path, roles, names, override)
     needed = [f"{side}_{part}" for side in SIDES for part in LIMB_PARTS] + ["neck"]
     missing = [role for role in needed if role not in roles]
     if missing:
@@ -124,6 +108,26 @@ def find_joints(
     return JointMap(roles, trunk, unused)
 
 
+def guess_roles(path: object, names: tuple[str, ...], override: Mapping[str, str] | None = None) -> dict[str, int]:
+    """Roles of named points without a skeleton: by name alone, so two roles may share a point.
+
+    Args:
+        path: the file, for messages.
+        names: J names.
+        override: role to name, decided by the user; `none` leaves a role without a point.
+
+    Returns:
+        Role to index of the point; roles that no name fits are left out.
+
+    Raises:
+        UnknownNameError: the override names no role of ours.
+        MotionFileError: the override names a point that the file lacks.
+    """
+    roles = _roles_by_name(names)
+    _override(path, roles, names, override)
+    return roles
+
+
 def read_joint_map(path: str | Path) -> dict[str, str]:
     """Read a user's joint map: a JSON object of our part names to the file's joint names.
 
@@ -142,6 +146,33 @@ def read_joint_map(path: str | Path) -> dict[str, str]:
     if not isinstance(content, dict) or not all(isinstance(value, str) for value in content.values()):
         raise MotionFileError(path, f"not an object of strings; valid keys: {', '.join(ROLES)}")
     return content
+
+
+def _roles_by_name(names: tuple[str, ...]) -> dict[str, int]:
+    roles: dict[str, int] = {}
+    parts = [_split(name) for name in names]
+    for role in ROLES:
+        side, _, part = role.partition("_")
+        found = _first(parts, side, _WORDS[part]) if side in SIDES else _first(parts, "", _TRUNK_WORDS[role])
+        if found is not None:
+            roles[role] = found
+    return roles
+
+
+def _override(
+    path: object, roles: dict[str, int], names: tuple[str, ...], override: Mapping[str, str] | None
+) -> None:
+    index = {name: number for number, name in enumerate(names)}
+    for role, name in (override or {}).items():
+        if role not in ROLES:
+            raise UnknownNameError("part in the joint map", role, ROLES)
+        if name == "none":
+            roles.pop(role, None)
+        elif name in index:
+            roles[role] = index[name]
+        else:
+            shown = ", ".join(names[:40]) + (", ..." if len(names) > 40 else "")
+            raise MotionFileError(path, f"the joint map names {name!r} for {role!r}; joints of the file: {shown}")
 
 
 def _split(name: str) -> tuple[str, str]:
