@@ -31,11 +31,20 @@ class ClassGaussians:
         classes: (M,) class numbers, ascending.
         mean: (M + 1, D); the last row is for an unseen class, here and below.
         covariance: (M + 1, D, D).
+
+    Raises:
+        MotionError: shapes that do not belong together.
     """
 
     classes: IntArray
     mean: FloatArray
     covariance: FloatArray
+
+    def __post_init__(self) -> None:
+        if self.mean.ndim != 2 or len(self.mean) != len(self.classes) + 1:
+            raise MotionError(f"{len(self.classes)} classes with means of shape {self.mean.shape}")
+        if self.covariance.shape != (*self.mean.shape, self.mean.shape[1]):
+            raise MotionError(f"means of shape {self.mean.shape} with covariances of shape {self.covariance.shape}")
 
     @property
     def dimension(self) -> int:

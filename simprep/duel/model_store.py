@@ -1,0 +1,144 @@
+"""Saved duel models: one .npz with a schema version; everything is checked when it is read."""
+
+import json
+import zipfile
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.action_features import PoseBasis
+from simprep.duel.label_model import LABEL_MODELS, LabelTriples, fit_label_model
+from simprep.duel.labels import QUALIFIERS
+from simprep.duel.semi_tied import ClassGaussians
+from simprep.duel.structures import PLAYERS, CoupledGraph, couple, link_actions
+from simprep.duel.transition_model import DuelModel, TransitionModel, player_model
+from simprep.errors import MotionFileError, SimprepError
+from simprep.files import atomic_path
+
+SCHEMA = "simprep.duel_model/1"
+MAX_BYTES = 300_000_000
+"""Largest model read; one of 16 minutes of fight has about 10 MB."""
+
+_SEGMENTS = ("player", "start", "end", "label", "clip")
+_BASIS = ("mean", "components", "explained")
+_TRIPLES = ("own", "opponent", "next")
+_GAUSSIANS = ("classes", "mean", "covariance")
+
+
+def save_model(model: DuelModel, path: str | Path) -> Path:
+    """Write a model to .npz, atomically.
+
+    Args:
+        model: what to write.
+        path: the file; `.npz` is appended if missing.
+
+    Returns:
+        The path written.
+    """
+    path = Path(path)
+    if path.suffix != ".npz":
+        path = path.with_name(path.name + ".npz")
+    kinds = {kind: name for name, kind in LABEL_MODELS.items()}
+    header = {
+        "schema": SCHEMA,
+        "fps": model.fps,
+        "goal_delay_s": model.goal_delay,
+        "qualifiers": {aspect: list(names) for aspect, names in QUALIFIERS.items()},
+        "label_model": [kinds[type(player.labels)] for player in model.players],
+        "reaches_goals": [player.goal_gaussians is not None for player in model.players],
+    }
+    parts: dict[str, NDArray[np.generic]] = {"header": np.array(json.dumps(header)), "parameters": model.parameters}
+    parts |= {f"segment_{name}": getattr(model.graph.actions, name) for name in _SEGMENTS}
+    parts |= {f"basis_{name}": getattr(model.basis, name) for name in _BASIS}
+    for player in model.players:
+        parts |= {f"triple_{name}_{player.player}": getattr(player.labels.triples, name) for name in _TRIPLES}
+        for kind, gaussians in (("gaussian", player.gaussians), ("goal", player.goal_gaussians)):
+            if gaussians is not None:
+                parts |= {f"{kind}_{name}_{player.player}": getattr(gaussians, name) for name in _GAUSSIANS}
+    with atomic_path(path) as temporary, temporary.open("wb") as stream:
+        np.savez_compressed(stream, allow_pickle=False, **parts)
+    return path
+
+
+def read_model(path: str | Path) -> DuelModel:
+    """Read a model written by `save_model`.
+
+    Args:
+        path: the .npz file.
+
+    Raises:
+        MotionFileError: missing, not ours, another schema version, other label qualifiers, or damaged.
+    """
+    path = Path(path)
+    try:
+        with zipfile.ZipFile(path) as members:
+            unpacked = sum(member.file_size for member in members.infolist())
+        if unpacked > MAX_BYTES:
+            raise MotionFileError(path, f"{unpacked // 10**6} MB unpacked; valid: up to {MAX_BYTES // 10**6} MB")
+        with np.load(path, allow_pickle=False) as archive:
+            if "header" not in archive:
+                raise MotionFileError(path, f"not a duel model (no 'header' entry; schema {SCHEMA} expected)")
+            header = json.loads(str(archive["header"]))
+            if not isinstance(header, dict) or header.get("schema") != SCHEMA:
+                given = header.get("schema") if isinstance(header, dict) else header
+                raise MotionFileError(path, f"schema {given!r}; this version reads {SCHEMA!r}")
+            # Label codes number the qualifiers, so they mean nothing under another table.
+            if header["qualifiers"] != {aspect: list(names) for aspect, names in QUALIFIERS.items()}:
+                raise MotionFileError(path, "labels with other qualifiers than this version's")
+            parts = {name: archive[name] for name in archive.files}
+        bad = [name for name, part in parts.items() if part.dtype.kind == "f" and not np.isfinite(part).all()]
+        if bad:
+            raise MotionFileError(path, f"{bad[0]} holds NaN or infinity")
+        return _assemble(header, parts)
+    except MotionFileError:
+        raise
+    except FileNotFoundError:
+        raise MotionFileError(path, "no such file") from None
+    except SimprepError as error:
+        raise MotionFileError(path, str(error)) from None
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        IndexError,
+        TypeError,
+        EOFError,
+        MemoryError,
+        np.linalg.LinAlgError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
+        raise MotionFileError(path, f"not a readable duel model ({type(error).__name__}: {error})") from None
+
+
+def _assemble(header: dict[str, Any], parts: dict[str, NDArray[Any]]) -> DuelModel:
+    graph = couple(link_actions(*(parts[f"segment_{name}"] for name in _SEGMENTS)))
+    if parts["parameters"].shape[:1] != (len(graph.actions),):
+        raise ValueError(f"parameters of {len(parts['parameters'])} actions for {len(graph.actions)} segments")
+    first, second = (
+        _player(graph, parts, player, header["label_model"][player], header["reaches_goals"][player])
+        for player in PLAYERS
+    )
+    return DuelModel(
+        fps=float(header["fps"]),
+        goal_delay=float(header["goal_delay_s"]),
+        graph=graph,
+        basis=PoseBasis(*(parts[f"basis_{name}"] for name in _BASIS)),
+        parameters=parts["parameters"],
+        players=(first, second),
+    )
+
+
+def _player(
+    graph: CoupledGraph, parts: dict[str, NDArray[Any]], player: int, kind: str, reaches_goals: bool
+) -> TransitionModel:
+    triples = LabelTriples(*(parts[f"triple_{name}_{player}"] for name in _TRIPLES))
+    labels = fit_label_model(triples, graph.graphs[player].labels, graph.graphs[1 - player].labels, kind)
+    gaussians = ClassGaussians(*(parts[f"gaussian_{name}_{player}"] for name in _GAUSSIANS))
+    goal_gaussians = None
+    if reaches_goals:
+        goal_gaussians = ClassGaussians(*(parts[f"goal_{name}_{player}"] for name in _GAUSSIANS))
+    return player_model(graph, parts["parameters"], player, labels, gaussians, goal_gaussians)
