@@ -30,7 +30,8 @@ class UnknownNameError(SimprepError):
     """A name is not among the valid choices, which the message lists."""
 
     def __init__(self, kind: str, name: str, choices: Iterable[str]) -> None:
-        super().__init__(f"unknown {kind} {name!r}; valid: {', '.join(choices)}")
+        self.choices = tuple(choices)
+        super().__init__(f"unknown {kind} {name!r}; valid: {', '.join(self.choices)}")
 
 
 class SettingError(SimprepError):

@@ -8,7 +8,8 @@ from typing import Annotated
 import tyro
 
 from simprep import __version__
-from simprep.cli import output
+from simprep.cli import library, output
+from simprep.cli.duel import Duel
 from simprep.cli.import_motion import Import
 from simprep.cli.track import Track
 from simprep.cli.validate import Validate
@@ -21,6 +22,8 @@ Command = (
     Annotated[Validate, tyro.conf.subcommand("validate")]
     | Annotated[Track, tyro.conf.subcommand("track")]
     | Annotated[Import, tyro.conf.subcommand("import")]
+    | Annotated[Duel, tyro.conf.subcommand("duel")]
+    | Annotated[library.Library, tyro.conf.subcommand("library", description=library.DESCRIPTION)]
 )
 
 DESCRIPTION = """Preparation motions and interactions for simulated humanoids, validated by physics in MuJoCo.

@@ -1,10 +1,10 @@
-"""What a command prints: tables for people on stdout, or one JSON object there and everything else on stderr."""
+"""What a command prints: tables for people on stdout, or one JSON value there and everything else on stderr."""
 
 import contextlib
 import json
 import sys
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, TypeVar
 
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
@@ -19,7 +19,7 @@ class Output:
     """Where a command writes.
 
     Args:
-        as_json: stdout holds exactly one JSON object; tables and progress go to stderr.
+        as_json: stdout holds exactly one JSON value; tables and progress go to stderr.
     """
 
     def __init__(self, as_json: bool) -> None:
@@ -38,7 +38,7 @@ class Output:
         self.warnings.append(text)
         self.progress_console.print(f"warning: {text}", style="yellow", markup=False, highlight=False, soft_wrap=True)
 
-    def result(self, content: Mapping[str, Any]) -> None:
+    def result(self, content: Mapping[str, Any] | Sequence[Any]) -> None:
         """Print the machine-readable result, where it was asked for; NaN and infinity become null."""
         if self.as_json:
             from simprep.report.record import jsonable
@@ -69,7 +69,10 @@ class Output:
         )
 
 
-def print_result(as_json: bool, work: Callable[[Output], dict[str, Any]]) -> dict[str, Any]:
+Content = TypeVar("Content", dict[str, Any], list[dict[str, Any]])
+
+
+def print_result(as_json: bool, work: Callable[[Output], Content]) -> Content:
     """Do a command's work and print its machine-readable result, where it was asked for.
 
     Args:

@@ -1,4 +1,4 @@
-"""From what a person types (a built-in name or a file) to a Motion."""
+"""From what a person types (a name in the library or a file) to a Motion."""
 
 from __future__ import annotations
 
@@ -16,15 +16,17 @@ FILE_TYPES = (".npz", ".bvh", ".amc (with its .asf beside it)", ".json")
 DEFAULT_LOOP_S = 6.0
 
 
-def resolve_motion(text: str, warn: Callable[[str], None]) -> Motion:
+def resolve_motion(text: str, warn: Callable[[str], None], library: Path | None = None) -> Motion:
     """The motion a person means.
 
     Args:
-        text: name of a built-in motion, or path of a motion file.
+        text: name of a built-in motion or of a clip in the user's library, or path of a motion file.
         warn: receives what an import decided, adapted or left out, a line each.
+        library: folder of the user's clips; None for SIMPREP_LIBRARY, where set.
 
     Raises:
-        UnknownNameError: neither; the message lists the built-in names and the file types.
+        UnknownNameError: none of them; the message lists the names and the file types.
+        SimprepError: the user's library cannot be read.
         MotionFileError: it looks like a path, and the file is missing or cannot be read.
     """
     if Path(text).suffix or len(Path(text).parts) > 1:
@@ -35,12 +37,14 @@ def resolve_motion(text: str, warn: Callable[[str], None]) -> Motion:
             warn(f"{Path(text).name}: {line}")
         return result.motion
 
-    from simprep.library import library_motion, library_names
+    from simprep.library.user import find_entry
 
-    names = tuple(library_names())
-    if text in names:
-        return library_motion(text)
-    raise UnknownNameError("motion", text, (*names, f"or the path of a file: {', '.join(FILE_TYPES)}"))
+    try:
+        entry = find_entry(text, library)
+    except UnknownNameError as error:
+        choices = (*error.choices, f"or the path of a file: {', '.join(FILE_TYPES)}")
+        raise UnknownNameError("motion", text, choices) from None
+    return entry.generate()
 
 
 def parse_frames(text: str) -> tuple[int | None, int | None]:

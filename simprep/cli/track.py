@@ -8,6 +8,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from simprep.cli import output as output_module
+from simprep.cli.library import LibraryFolder
 from simprep.cli.output import Output, print_result
 
 HEADLINE = (
@@ -34,7 +35,7 @@ class Track:
     """
 
     motion: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="MOTION", help_behavior_hint="")]
-    """A built-in motion (stand, walk, punch_left, ...; a wrong name lists them) or a motion file (.npz, .bvh, .amc, .json)."""
+    """A motion of the library (`simprep library list` lists them) or a motion file (.npz, .bvh, .amc, .json)."""
 
     controller: Literal["mpc", "pd"] = "mpc"
     """mpc: servo targets corrected by receding-horizon sampling; pd: servos to the motion, nothing else."""
@@ -51,6 +52,9 @@ class Track:
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = None
     """Folder for the results; default results/track/MOTION_CONTROLLER."""
 
+    library: LibraryFolder = None
+    """Folder of your own clips; default SIMPREP_LIBRARY, where set."""
+
     no_pictures: bool = False
     """Draw no film strip."""
 
@@ -65,7 +69,7 @@ class Track:
         from simprep.cli.resolve import resolve_motion, select
 
         # a bad file fails before the heavier imports
-        motion = select(resolve_motion(self.motion, output.warn), self.frames, self.seconds)
+        motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds)
         from simprep.metrics.evaluate import evaluate_run
         from simprep.physics.store import save_run
         from simprep.physics.track import track

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from simprep.cli import output as output_module
+from simprep.cli.library import LibraryFolder
 from simprep.cli.output import Output, print_result
 
 if TYPE_CHECKING:
@@ -33,10 +34,10 @@ class Validate:
     """
 
     locomotion: str = "walk"
-    """Built-in motion or motion file that the character does first."""
+    """Motion of the library or motion file that the character does first."""
 
     target: Annotated[tuple[str, ...], NO_DEFAULT] = ()
-    """Built-in motions or motion files to prepare for; default punch_right, kick_front, crawl."""
+    """Motions of the library or motion files to prepare for; default punch_right, kick_front, crawl."""
 
     target_frame: Annotated[int | None, tyro.conf.arg(metavar="INT", help_behavior_hint="")] = None
     """First frame of the target movement in the target file, where the file does not say."""
@@ -55,6 +56,9 @@ class Validate:
 
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="DIR")] = Path("results/validate")
     """Folder for the results."""
+
+    library: LibraryFolder = None
+    """Folder of your own clips; default SIMPREP_LIBRARY, where set."""
 
     no_pictures: bool = False
     """Draw no plots and no film strips."""
@@ -100,9 +104,9 @@ class Validate:
         names = self.target or (ALL_TARGETS if self.full else DEFAULT_TARGETS)
         if self.target_frame is not None and len(names) != 1:
             raise SettingError(f"--target-frame with {len(names)} targets; valid: with exactly one --target")
-        targets = tuple(self._marked(resolve_motion(name, output.warn)) for name in names)
+        targets = tuple(self._marked(resolve_motion(name, output.warn, self.library)) for name in names)
         return StudyPlan(
-            locomotion=resolve_motion(self.locomotion, output.warn),
+            locomotion=resolve_motion(self.locomotion, output.warn, self.library),
             targets=targets,
             alphas=self.alpha or (ALL_ALPHAS if self.full else DEFAULT_ALPHAS),
             controllers=self.controllers,

@@ -19,6 +19,7 @@ from pathlib import Path
 import simprep
 from simprep.errors import MotionFileError
 from simprep.humanoid import mjcf_folder
+from simprep.library.entry import is_name
 from simprep.motion.motion import Motion
 from simprep.motion.store import read_motion, save_motion
 
@@ -54,7 +55,7 @@ def cached_motion(name: str, generate: Callable[[], Motion], inputs: bytes = b""
     Raises:
         SimprepError: what `generate` raises.
     """
-    if not _portable(name):
+    if not is_name(name):
         return generate()
     suffix = f"-{hashlib.sha256(inputs).hexdigest()[:16]}" if inputs else ""
     path = cache_folder() / "motions" / code_key() / f"{name}{suffix}.npz"
@@ -99,7 +100,3 @@ def _drop_old_versions(folder: Path) -> None:
     versions = sorted((path for path in folder.iterdir() if path.is_dir()), key=lambda path: path.stat().st_mtime)
     for old in versions[:-KEPT_VERSIONS]:
         shutil.rmtree(old, ignore_errors=True)
-
-
-def _portable(name: str) -> bool:
-    return bool(name) and all(letter.isalnum() or letter in "_-" for letter in name)

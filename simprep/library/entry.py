@@ -1,5 +1,6 @@
 """What the library knows of a motion before it is generated: name, family, parameters, and how to make it."""
 
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -19,6 +20,7 @@ class Entry:
         summary: what a person does in it, in a few words.
         generate: makes the motion; deterministic, no arguments.
         parameters: what distinguishes it within its family (side, height, speed, ...), units in the keys.
+        terms: of use, where the motion is someone's recording; empty for generated ones.
     """
 
     name: str
@@ -26,6 +28,12 @@ class Entry:
     summary: str
     generate: Callable[[], Motion]
     parameters: Mapping[str, float | str] = field(default_factory=dict)
+    terms: str = ""
+
+
+def is_name(text: str) -> bool:
+    """Whether a motion may be called this: letters, digits, `_` and `-`, so that no name looks like a file."""
+    return re.fullmatch(r"[A-Za-z0-9_-]+", text) is not None
 
 
 def mirrored(entry: Entry, name: str, summary: str, parameters: Mapping[str, float | str] | None = None) -> Entry:

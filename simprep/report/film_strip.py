@@ -85,7 +85,7 @@ def film_strip(rows: Sequence[Row], settings: StripSettings | None = None) -> ND
         times = np.array(settings.times_s, dtype=np.float64)
     if len(times) < 2:
         raise SettingError(f"a film strip of {len(times)} columns; valid: 2 or more")
-    image_module, draw_module, font = _pillow()
+    image_module, draw_module, font = pillow()
     row_px = HEADER_PX + settings.height_px
     page = image_module.new("RGB", (len(times) * settings.width_px, len(rows) * row_px + HEADER_PX), "white")
     pen = draw_module.Draw(page)
@@ -123,7 +123,7 @@ def save_film_strip(rows: Sequence[Row], path: str | Path, settings: StripSettin
     Returns:
         The path written.
     """
-    image_module, _, _ = _pillow()
+    image_module, _, _ = pillow()
     picture = image_module.fromarray(film_strip(rows, settings))
     with atomic_path(path) as temporary:
         picture.quantize(256, dither=image_module.Dither.NONE).save(temporary, format="PNG", optimize=True)
@@ -156,7 +156,12 @@ def _draw_row(row: Row, times: NDArray[np.float64], settings: StripSettings) -> 
     return pictures
 
 
-def _pillow() -> tuple[Any, Any, Any]:
+def pillow() -> tuple[Any, Any, Any]:
+    """Pillow's Image and ImageDraw modules and the font of labels, loaded on first use.
+
+    Raises:
+        MissingExtraError: pillow is not installed.
+    """
     try:
         from PIL import Image, ImageDraw, ImageFont
     except ImportError:

@@ -14,7 +14,7 @@ from simprep.humanoid import hinge_index, standing_qpos
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 
-COMMANDS = ("validate", "track", "import")
+COMMANDS = ("validate", "track", "import", "library")
 TRACK_KEYS = {
     "success", "end", "fell_at_s", "g_mpjpe_mm", "mpjpe_mm", "foot_slip_ratio", "penetration_mm", "s_per_s", "assist_n",
 }  # fmt: skip
@@ -51,7 +51,7 @@ def test_every_command_explains_itself_with_an_example(command, capsys):
 
 
 @pytest.mark.parametrize(
-    "arguments", [["nonsense"], ["track"], ["track", "walk", "--seed", "x"], ["validate", "--foo"]]
+    "arguments", [["nonsense"], ["track"], ["library"], ["track", "walk", "--seed", "x"], ["validate", "--foo"]]
 )
 def test_wrong_usage_exits_2(arguments, capsys):
     assert main(arguments) == 2

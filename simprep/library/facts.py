@@ -1,0 +1,126 @@
+"""What a motion amounts to, in numbers: times, contacts, speeds, heights, travel."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.humanoid import BODIES, SIDES, Body, humanoid_model
+from simprep.motion.contacts import stances
+from simprep.motion.edit import loop_displacement, repeat, yaw
+from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.motion import Motion
+from simprep.motion.rotations import rotation_matrix
+
+
+@dataclass(frozen=True)
+class MotionFacts:
+    """A motion in numbers; a loop's are those of one cycle.
+
+    Attributes:
+        duration_s: length [s].
+        frames: number of frames.
+        fps: frames per second [1/s].
+        loop: whether it repeats.
+        events_s: events in order of time [s].
+        stances_s: `left` and `right`: (begin, end) of every stance of that foot [s].
+        flight_s: time with no foot on the floor [s]; hands and knees are not counted.
+        peak_fist_speed_m_s: `left` and `right`: fastest the middle of the fist moves in the world [m/s].
+        peak_foot_speed_m_s: `left` and `right`: fastest any point of the sole moves in the world [m/s].
+        com_height_m: lowest and highest centre of mass [m].
+        path_m: length of the pelvis's path over the floor [m].
+        travel_m: where the pelvis ends: forward and left of where it began, seen from its heading there [m].
+        turn_deg: change of heading, left positive [deg].
+    """
+
+    duration_s: float
+    frames: int
+    fps: float
+    loop: bool
+    events_s: dict[str, float]
+    stances_s: dict[str, list[tuple[float, float]]]
+    flight_s: float
+    peak_fist_speed_m_s: dict[str, float]
+    peak_foot_speed_m_s: dict[str, float]
+    com_height_m: tuple[float, float]
+    path_m: float
+    travel_m: tuple[float, float]
+    turn_deg: float
+
+
+def event_times(motion: Motion) -> dict[str, float]:
+    """Events of a motion in order of time [s]."""
+    return {name: frame / motion.fps for name, frame in sorted(motion.events.items(), key=lambda event: event[1])}
+
+
+def motion_facts(motion: Motion) -> MotionFacts:
+    """The numbers of a motion.
+
+    Args:
+        motion: of any length; speeds of a single frame are 0.
+    """
+    cycles = repeat(motion, 2) if motion.loop and len(motion) > 1 else motion  # so that the seam counts
+    kinematics = forward_kinematics(cycles.qpos, cycles.body)
+    fists, soles = fist_positions(kinematics, cycles.body), kinematics.foot_points
+    frames = len(motion)
+    span = min(frames + 1, len(cycles)) if motion.loop else frames
+    com = kinematics.com[:frames, 2]
+    forward, left, turn = _travel(motion)
+    path = np.linalg.norm(np.diff(cycles.qpos[:span, :2], axis=0), axis=1).sum()
+    return MotionFacts(
+        duration_s=motion.duration,
+        frames=frames,
+        fps=motion.fps,
+        loop=motion.loop,
+        events_s=event_times(motion),
+        stances_s={
+            side: [
+                (first / motion.fps, min(after / motion.fps, motion.duration))
+                for first, after in stances(motion.contacts[:, index])
+            ]
+            for index, side in enumerate(SIDES)
+        },
+        flight_s=float((~motion.contacts.any(axis=1)).sum() / motion.fps),
+        peak_fist_speed_m_s={side: _peak_speed(fists[:, index], motion.fps) for index, side in enumerate(SIDES)},
+        peak_foot_speed_m_s={side: _peak_speed(soles[:, index], motion.fps) for index, side in enumerate(SIDES)},
+        com_height_m=(float(com.min()), float(com.max())),
+        path_m=float(path),
+        travel_m=(forward, left),
+        turn_deg=float(np.degrees(turn)),
+    )
+
+
+def fist_positions(kinematics: Kinematics, body: Body) -> NDArray[np.float64]:
+    """Middle of the left and right fist.
+
+    Args:
+        kinematics: of T poses.
+        body: the humanoid.
+
+    Returns:
+        (T, 2, 3) world [m].
+    """
+    model = humanoid_model(body)
+    places = []
+    for side in SIDES:
+        hand = BODIES.index(f"{side}_hand")
+        turn = rotation_matrix(kinematics.xquat[:, hand])
+        places.append(kinematics.xpos[:, hand] + turn @ model.site(f"{side}_hand").pos)
+    return np.stack(places, axis=1)
+
+
+def _peak_speed(points: NDArray[np.float64], fps: float) -> float:
+    if len(points) < 2:
+        return 0.0
+    return float(np.linalg.norm(np.gradient(points, 1 / fps, axis=0), axis=-1).max())
+
+
+def _travel(motion: Motion) -> tuple[float, float, float]:
+    """Forward and left [m], turn [rad]."""
+    heading = np.unwrap(yaw(motion.qpos[:, 3:7]))
+    if motion.loop and len(motion) > 1:
+        turn, step = loop_displacement(motion)
+    else:
+        turn, step = float(heading[-1] - heading[0]), motion.qpos[-1, :2] - motion.qpos[0, :2]
+    c, s = np.cos(heading[0]), np.sin(heading[0])
+    return float(c * step[0] + s * step[1]), float(c * step[1] - s * step[0]), turn

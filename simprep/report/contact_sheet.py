@@ -1,0 +1,65 @@
+"""Contact sheets: film strips of many motions under each other, each with its own times."""
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.errors import SettingError
+from simprep.files import atomic_path
+from simprep.motion.motion import Motion
+from simprep.report.film_strip import Row, StripSettings, film_strip, pillow
+
+COLUMNS = 10
+PICTURE_PX = (120, 150)
+"""Width and height of one picture."""
+COLOURS = 128
+
+
+def picture_times(motion: Motion, columns: int = COLUMNS) -> NDArray[np.float64]:
+    """Evenly spaced instants, one of them moved to the impact where there is one [s].
+
+    Args:
+        motion: the motion.
+        columns: how many.
+    """
+    times = np.linspace(0, (len(motion) - 1) / motion.fps, columns)
+    if "impact" in motion.events:  # no strike without its impact
+        impact = motion.events["impact"] / motion.fps
+        times[np.argmin(np.abs(times - impact))] = impact
+    return times
+
+
+def save_contact_sheet(
+    motions: Sequence[Motion], path: str | Path, progress: Callable[[int], None] = lambda done: None
+) -> Path:
+    """Draw a film strip of each motion, one row each, and write them as one PNG, atomically.
+
+    Args:
+        motions: at least one.
+        path: the PNG file.
+        progress: receives the number of motions drawn so far.
+
+    Returns:
+        The path written.
+
+    Raises:
+        NoGlError: nothing can draw off screen here.
+        MissingExtraError: pillow is not installed.
+        SettingError: no motions.
+    """
+    if not motions:
+        raise SettingError("a contact sheet of no motions; valid: 1 or more")
+    image_module = pillow()[0]
+    width, height = PICTURE_PX
+    strips = []
+    for number, motion in enumerate(motions, 1):
+        times = tuple(float(time) for time in picture_times(motion))
+        settings = StripSettings(columns=COLUMNS, width_px=width, height_px=height, times_s=times)
+        strips.append(film_strip([Row(f"{motion.name}, {motion.duration:.1f} s", motion)], settings))
+        progress(number)
+    picture = image_module.fromarray(np.concatenate(strips))
+    with atomic_path(path) as temporary:
+        picture.quantize(COLOURS).save(temporary, format="PNG", optimize=True)
+    return Path(path)
