@@ -210,6 +210,23 @@ def pose_features(motion: Motion) -> Array:
     return np.asarray(parts / np.sqrt(position.shape[1]))
 
 
+def pair_distances(source: Motion, target: Motion, features: Mapping[str, Array] | None = None) -> Array:
+    """Distance of every frame of one motion to every frame of another.
+
+    Args:
+        source: S frames.
+        target: T frames.
+        features: `pose_features` of both by name, where they are known.
+
+    Returns:
+        (S, T) [m]; infinite where other feet support.
+    """
+    features = features or {motion.name: pose_features(motion) for motion in (source, target)}
+    distance = cdist(features[source.name], features[target.name])
+    same = (source.contacts[:, None] == target.contacts[None]).all(axis=2)
+    return np.asarray(np.where(same, distance, np.inf))
+
+
 def _transitions(
     source: Motion,
     target: Motion,
@@ -222,9 +239,7 @@ def _transitions(
     """Local minima of the distance over frame pairs in which the same feet support; `before`, `after`: allowed frames."""
     first, last = before or (0, len(source))
     begin, end = after or (0, len(target))
-    distance = cdist(features[source.name][first:last], features[target.name][begin:end])
-    same = (source.contacts[first:last, None] == target.contacts[None, begin:end]).all(axis=2)
-    distance = np.where(same, distance, np.inf)
+    distance = pair_distances(source, target, features)[first:last, begin:end]
     size = 2 * max(1, round(settings.apart * settings.fps)) + 1
     modes = tuple("wrap" if motion.loop else "nearest" for motion in (source, target))
     lowest = minimum_filter(distance, size, mode=modes)
