@@ -29,8 +29,8 @@ def save_cuts(segmentation: Segmentation | Cuts, stream: DuelStream, path: str |
     path = Path(path)
     cuts = segmentation if isinstance(segmentation, Cuts) else segmentation.cuts
     doubts: dict[tuple[int, int], list[str]] = {}
-    for player, frame, reason in () if isinstance(segmentation, Cuts) else segmentation.suspicious:
-        doubts.setdefault((player, frame), []).append(reason)
+    for who, frame, reason in () if isinstance(segmentation, Cuts) else segmentation.suspicious:
+        doubts.setdefault((who, frame), []).append(reason)
     lines = [
         f"# {SCHEMA}",
         f"# stream {stream.name}: {len(stream)} frames at {stream.fps:g} per second, {len(stream.clips)} clips",

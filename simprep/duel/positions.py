@@ -9,6 +9,7 @@ import zipfile
 import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -87,7 +88,9 @@ def read_positions(path: str | Path) -> Recording:
         with np.load(path, allow_pickle=False) as archive:
             missing = [key for key in ("positions", "joint_names", "fps") if key not in archive]
             if missing:
-                raise MotionFileError(path, f"no {', '.join(missing)}; joint positions need positions, joint_names, fps")
+                raise MotionFileError(
+                    path, f"no {', '.join(missing)}; joint positions need positions, joint_names, fps"
+                )
             positions = np.asarray(archive["positions"], dtype=np.float64)
             names = tuple(str(name) for name in np.atleast_1d(archive["joint_names"]))
             fps = float(archive["fps"])
@@ -278,7 +281,7 @@ def _assemble(recording: Recording, at: dict[str, FloatArray], fps: float, notes
     for side in SIDES:
         parent |= {f"{side}_thigh": "hips", f"{side}_upper_arm": trunk}
         for chain in (("thigh", "shank", "foot", "toe"), ("upper_arm", "forearm", "hand")):
-            parent |= {f"{side}_{lower}": f"{side}_{upper}" for upper, lower in zip(chain, chain[1:])}
+            parent |= {f"{side}_{lower}": f"{side}_{upper}" for upper, lower in pairwise(chain)}
     # a tree lists parents first; the roles above already do
     parents = np.array([names.index(parent[name]) if name in parent else -1 for name in names], dtype=np.intp)
     positions = np.stack([at[name] for name in names], axis=1)

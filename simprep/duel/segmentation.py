@@ -108,6 +108,11 @@ class Cuts:
             rows += [(start, end, clip) for start, end in pairwise(edges)]
         return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
+    def table(self) -> IntArray:
+        """Actions of both players: (S, 4) player, first frame, frame at which the next begins, clip; by player and time."""
+        parts = [self.segments(player) for player in range(2)]
+        return np.concatenate([np.insert(part, 0, player, axis=1) for player, part in enumerate(parts)], dtype=np.int64)
+
 
 def stream_kinematics(stream: DuelStream) -> tuple[Kinematics, Kinematics]:
     """Kinematics of both players, to be computed once for segmentation and features."""
@@ -143,7 +148,8 @@ def contact_force(
         width = min(reach, len(part) - 1)
         padded = np.pad(part, ((width, width), (0, 0)), mode="reflect", reflect_type="odd")
         acceleration = gaussian_filter1d(padded, sigma, axis=0, order=2, mode="nearest", radius=reach) * fps**2
-        f = acceleration[width : width + len(part)] + [0.0, 0.0, GRAVITY]
+        f = acceleration[width : width + len(part)]
+        f[:, 2] += GRAVITY
         value = f[:, 2] if settings.component == "vertical" else np.linalg.norm(f, axis=1)
         force[first:after] = value / GRAVITY
     return force
@@ -239,7 +245,7 @@ def _doubts(
     out = []
     near = round(0.25 * fps)
     for frame, prominence in zip(minima, prominences):
-        if prominence < 2 * settings.prominence:
+        if prominence < 1.5 * settings.prominence:
             out.append((int(frame), f"shallow minimum (prominence {prominence:.2f} body weights)"))
         clip = bounds[np.searchsorted(bounds[:, 0], frame, side="right") - 1]
         window = lift[max(clip[0], frame - near) : min(clip[1], frame + near + 1)]
@@ -247,7 +253,9 @@ def _doubts(
             # between kick up and kick down the foot is at its highest; halfway up it is no end of an action
             top = float(window[:, side].max())
             if lift[frame, side] > LOWEST_KICK_M and top - lift[frame, side] > MIDWAY_M:
-                out.append((int(frame), f"{word} foot {lift[frame, side]:.2f} m high on its way to or from {top:.2f} m"))
+                out.append(
+                    (int(frame), f"{word} foot {lift[frame, side]:.2f} m high on its way to or from {top:.2f} m")
+                )
     for first, after in bounds:
         edges = np.array([first, *minima[(minima > first) & (minima < after)], after])
         out += [

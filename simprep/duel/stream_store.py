@@ -55,7 +55,7 @@ def save_stream(stream: DuelStream, path: str | Path) -> Path:
             for motion in stream.players
         ],
     }
-    arrays = {f"qpos_{player}": motion.qpos for player, motion in zip(PLAYERS, stream.players)}
+    arrays: dict[str, Any] = {f"qpos_{player}": motion.qpos for player, motion in zip(PLAYERS, stream.players)}
     arrays |= {f"contacts_{player}": motion.contacts for player, motion in zip(PLAYERS, stream.players)}
     try:
         with atomic_path(path) as temporary, temporary.open("wb") as target:

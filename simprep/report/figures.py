@@ -36,7 +36,7 @@ def plot_com_and_support(motions: Mapping[str, Motion], frames: Sequence[int], p
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
-    figure = _figure(2.3 * len(frames) + 0.6, 2.5 * len(motions) + 0.5)
+    figure = new_figure(2.3 * len(frames) + 0.6, 2.5 * len(motions) + 0.5)
     figure.suptitle(title, fontsize=11)
     for row, (label, motion) in enumerate(motions.items()):
         kinematics = forward_kinematics(motion.qpos[list(frames)], motion.body)
@@ -51,7 +51,7 @@ def plot_com_and_support(motions: Mapping[str, Motion], frames: Sequence[int], p
                 axes.set_xlabel("x [m]", fontsize=8)
             if row == column == 0:
                 axes.legend(fontsize=6, loc="upper left", framealpha=0.7)
-    return _save(figure, path)
+    return save_figure(figure, path)
 
 
 def support_margin(motion: Motion) -> Series:
@@ -89,7 +89,7 @@ def plot_margins(
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
-    figure = _figure(8.5, 2.1 * len(panels) + 0.9)
+    figure = new_figure(8.5, 2.1 * len(panels) + 0.9)
     figure.suptitle(title, fontsize=11)
     longest = max(float(time[-1]) for lines in panels.values() for time, _ in lines.values())
     for index, (name, lines) in enumerate(panels.items()):
@@ -110,7 +110,7 @@ def plot_margins(
             handles, labels = axes.get_legend_handles_labels()
             figure.legend(handles, labels, fontsize=7, loc="outside lower center", ncols=len(lines))
     axes.set_xlabel("time [s]", fontsize=8)
-    return _save(figure, path)
+    return save_figure(figure, path)
 
 
 def plot_blending_curves(
@@ -131,7 +131,7 @@ def plot_blending_curves(
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
-    figure = _figure(3.3 * len(constants), 3.2)
+    figure = new_figure(3.3 * len(constants), 3.2)
     alpha = np.linspace(0, 1, 201)
     for index, (part, constant) in enumerate(constants.items()):
         axes = figure.add_subplot(1, len(constants), index + 1)
@@ -144,7 +144,7 @@ def plot_blending_curves(
         axes.grid(alpha=0.3)
         axes.tick_params(labelsize=7)
     axes.legend(fontsize=7, loc="upper left")
-    return _save(figure, path)
+    return save_figure(figure, path)
 
 
 def _draw_support(axes: Any, kinematics: Kinematics, contacts: NDArray[np.bool_], index: int) -> None:
@@ -178,7 +178,16 @@ def _robust_limits(values: list[NDArray[np.float64]]) -> tuple[float, float]:
     return max(float(low), -45.0) - 2.0, float(high) + 2.0
 
 
-def _figure(width: float, height: float) -> Any:
+def new_figure(width: float, height: float) -> Any:
+    """An empty matplotlib figure with an image canvas.
+
+    Args:
+        width: [inch].
+        height: [inch].
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -189,7 +198,8 @@ def _figure(width: float, height: float) -> Any:
     return figure
 
 
-def _save(figure: Any, path: str | Path) -> Path:
+def save_figure(figure: Any, path: str | Path) -> Path:
+    """Write a figure as PNG, atomically, and return the path."""
     with atomic_path(path) as temporary:
         figure.savefig(temporary, dpi=DPI, format="png")
     return Path(path)
