@@ -206,11 +206,14 @@ class Fetch:
 
         recipe = read_recipe(self.collection)
         output.say(f"{recipe.title}. Terms of use: {recipe.terms}")
-        with output.progress() as bar:
-            task = bar.add_task("fetching", total=len(recipe.files()))
-            done = fetch(
-                recipe, self.out, self.url, lambda name, count: bar.update(task, description=name, completed=count)
-            )
+        try:
+            with output.progress() as bar:
+                task = bar.add_task("fetching", total=len(recipe.files()))
+                done = fetch(
+                    recipe, self.out, self.url, lambda name, count: bar.update(task, description=name, completed=count)
+                )
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(f"what came is kept in {self.out}; run again to go on") from None
         output.say(
             f"{len(recipe.takes)} takes in {self.out}: {len(done.downloaded)} files downloaded, {len(done.kept)} were there\n"
             f"to see them: simprep library list --library {self.out}"
