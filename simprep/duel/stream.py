@@ -212,7 +212,9 @@ def concatenate_streams(streams: Sequence[DuelStream], name: str = "stream") -> 
     first = streams[0]
     for other in streams[1:]:
         if other.fps != first.fps:
-            raise MotionError(f"{name}: {first.name} has {first.fps:g} frames per second and {other.name} {other.fps:g}")
+            raise MotionError(
+                f"{name}: {first.name} has {first.fps:g} frames per second and {other.name} {other.fps:g}"
+            )
         for player, one, two in zip(PLAYERS, first.players, other.players):
             if one.body != two.body:
                 raise MotionError(
@@ -223,9 +225,7 @@ def concatenate_streams(streams: Sequence[DuelStream], name: str = "stream") -> 
     players = []
     for number, motion in enumerate(first.players):
         parts = [stream.players[number] for stream in streams]
-        events = {
-            key: int(start) + frame for start, part in zip(starts, parts) for key, frame in part.events.items()
-        }
+        events = {key: int(start) + frame for start, part in zip(starts, parts) for key, frame in part.events.items()}
         players.append(
             replace(
                 motion,
