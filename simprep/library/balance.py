@@ -88,6 +88,7 @@ def com_from_zmp(
     fps: float,
     shift: NDArray[np.float64] | None = None,
     settle: float = 0.5,
+    turn: float = 0.0,
 ) -> NDArray[np.float64]:
     """Horizontal COM path whose cart-table ZMP is the planned one.
 
@@ -98,6 +99,7 @@ def com_from_zmp(
         shift: (2,) travel per period of a periodic motion [m]; None for one that begins and ends at rest over its ZMP.
         settle: the ZMP of the first and last this many seconds is corrected by a smooth bump so that the COM is at rest
             at both ends [s].
+        turn: turn per period of a periodic motion, to the left [rad].
 
     Returns:
         (T, 2) [m].
@@ -105,8 +107,7 @@ def com_from_zmp(
     if shift is not None:
         # a few periods either side: the boundary's influence fades by exp(-omega t)
         cycles = 4
-        k = np.arange(-cycles, cycles + 1)[:, None, None]
-        long = (zmp[None] + k * shift).reshape(-1, 2)
+        long = np.concatenate([later_period(zmp, k, shift, turn) for k in range(-cycles, cycles + 1)])
         lift = GRAVITY + np.tile(_periodic_second_difference(height, fps), 2 * cycles + 1)
         path = _solve(long, np.tile(height, 2 * cycles + 1), lift, fps)
         return path[cycles * len(zmp) : (cycles + 1) * len(zmp)]
@@ -121,6 +122,36 @@ def com_from_zmp(
     rates = np.array([answer[1] - answer[0], answer[-1] - answer[-2]])
     weights = np.linalg.solve(rates, -np.array([path[1] - path[0], path[-1] - path[-2]]))
     return np.asarray(path + answer @ weights)
+
+
+def later_period(
+    points: NDArray[np.float64], periods: int, shift: NDArray[np.float64], turn: float = 0.0
+) -> NDArray[np.float64]:
+    """Where points of a cyclic motion are some periods later: each period turns about the origin, then shifts.
+
+    Args:
+        points: (..., 2) or (..., 3); a third coordinate stays [m].
+        periods: how many; negative: earlier.
+        shift: (2,) travel per period [m].
+        turn: per period, to the left [rad].
+    """
+    out = np.array(points)
+    if turn == 0.0:
+        out[..., :2] = points[..., :2] + periods * shift
+        return out
+    centre = np.linalg.solve(np.eye(2) - rotation_2d(turn), shift)  # the point that the period's turn leaves in place
+    out[..., :2] = (points[..., :2] - centre) @ rotation_2d(periods * turn).T + centre
+    return out
+
+
+def rotation_2d(angle: float) -> NDArray[np.float64]:
+    """Rotation (2, 2) on the floor.
+
+    Args:
+        angle: to the left [rad].
+    """
+    c, s = np.cos(angle), np.sin(angle)
+    return np.array([[c, -s], [s, c]])
 
 
 def _periodic_second_difference(x: NDArray[np.float64], fps: float) -> NDArray[np.float64]:

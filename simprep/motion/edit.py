@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from simprep.errors import MotionError
-from simprep.humanoid import mirror_map
+from simprep.humanoid import SIDES, mirror_map
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import multiply_quat
 
@@ -202,13 +202,21 @@ def concatenate(a: Motion, b: Motion) -> Motion:
 
 
 def mirror(motion: Motion) -> Motion:
-    """The motion reflected in the plane y = 0: left and right swap."""
+    """The motion reflected in the plane y = 0: left and right swap, in the names of events too."""
     index, sign = mirror_map()
     qpos = motion.qpos.copy()
     qpos[:, 1] *= -1
     qpos[:, [4, 6]] *= -1  # a reflection in y keeps the rotation about y and reverses those about x and z
     qpos[:, 7:] = sign * motion.qpos[:, 7:][:, index]
-    return replace(motion, qpos=qpos, contacts=motion.contacts[:, ::-1], name=f"{motion.name}_mirrored")
+    events = {_other_side(name): frame for name, frame in motion.events.items()}
+    return replace(motion, qpos=qpos, contacts=motion.contacts[:, ::-1], events=events, name=f"{motion.name}_mirrored")
+
+
+def _other_side(name: str) -> str:
+    for one, other in (SIDES, SIDES[::-1]):
+        if name.startswith(f"{one}_"):
+            return other + name.removeprefix(one)
+    return name
 
 
 def _wrap(angle: float) -> float:
