@@ -120,6 +120,7 @@ def synthesise(
     optimise: bool = True,
     start: Seam | None = None,
     measure: bool = True,
+    share: Array | float = 1.0,
 ) -> Synthesis:
     """Blend, bring the root on its way, plant the feet, optimise the posture (paper, section 5).
 
@@ -131,10 +132,15 @@ def synthesise(
         optimise: whether to run the posture optimisation.
         start: state at the first frame, where this goes on from an earlier window.
         measure: whether to give the costs of the optimisation.
+        share: () or (T,) factor on every blending weight, 0 to 1: the probability that there will be a target at all. Of all
+            mixtures of locomotion and style it is the one with the least expected squared distance (see
+            `simprep.behavior.influence`).
     """
     start = start or Seam()
     source, fps, body = locomotion.qpos, locomotion.fps, locomotion.body
     root_weight, weights = joint_weights(level, settings)
+    if np.any(np.asarray(share) != 1.0):
+        root_weight, weights = root_weight * share, weights * np.reshape(share, (-1, 1))
     kinematics = forward_kinematics(source, body)
     qpos = source.copy()
     qpos[:, 7:] = blend_hinges(source[:, 7:], style.qpos[..., 7:], weights)

@@ -1,0 +1,189 @@
+"""What the character prepares for: several sources of influence at once, and targets that are uncertain.
+
+The 2013 paper handles one source with one target. Here each source counts by how soon the character will be in contact with
+it, each of its targets by its probability, and the posture prepared is the one with the least expected distance to the
+reference postures:
+
+    q* = argmin_q  sum_k W_k sum_joints |q_joint - q_joint,k|^p,        W_k = contact weight x probability, adding up to 1
+
+which falls apart into one problem per joint. p = 2 (default) gives the weighted mean: the torque of a move in a given time
+grows with its angle, so the square is what a wrong guess costs in effort. p = 1 gives the weighted median, which commits to
+the likelier target. If the probabilities of a source leave a rest, nothing happens with that rest: the locomotion itself is then
+one more posture, and for p = 2 the optimum scales every blending weight by the probability that something happens (`share`).
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simprep.errors import SettingError
+from simprep.motion.motion import Motion
+from simprep.preparation.blending import join_heading, split_heading
+from simprep.preparation.reference_posture import reference_posture
+from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
+from simprep.preparation.synthesis import Style
+
+Array = NDArray[np.float64]
+
+LEAST_SPEED = 0.2
+"""Closing speed below which a source counts as approached this slowly, so that one left behind still has a time [m/s]."""
+LEAST_TIME_S = 0.05
+_STYLE_SIZE = 2 + 37 + 2 + 2
+
+
+@dataclass(frozen=True)
+class Influence:
+    """A source of influence on the floor: a ball, an obstacle, an opponent.
+
+    Attributes:
+        position: (x, y) at time 0 [m].
+        targets: probability of each target motion by name; they add up to 1, or to less where maybe nothing happens.
+        velocity: (x, y) of a moving source [m/s].
+        stops_s: time at which it stops moving [s].
+
+    Raises:
+        SettingError: no target, a probability outside 0 to 1, or probabilities that add up to more than 1.
+    """
+
+    position: tuple[float, float]
+    targets: Mapping[str, float] = field(default_factory=dict)
+    velocity: tuple[float, float] = (0.0, 0.0)
+    stops_s: float = np.inf
+
+    def __post_init__(self) -> None:
+        if not self.targets:
+            raise SettingError(f"the source of influence at {self.position} has no target motion; valid: at least one")
+        for name, probability in self.targets.items():
+            if not 0 < probability <= 1:
+                raise SettingError(f"probability {probability:g} of {name}; valid: above 0, at most 1")
+        if self.probability > 1 + 1e-9:
+            raise SettingError(
+                f"the probabilities at {self.position} add up to {self.probability:g}; valid: at most 1 for one source"
+            )
+
+    @property
+    def probability(self) -> float:
+        """That any of the targets happens."""
+        return float(sum(self.targets.values()))
+
+    def at(self, time: ArrayLike) -> Array:
+        """Where it is, (..., 2) [m], at times (...) [s]."""
+        moved = np.minimum(np.asarray(time, dtype=np.float64), self.stops_s)
+        return np.asarray(self.position) + moved[..., None] * np.asarray(self.velocity)
+
+
+def time_to_contact(offset: Array, closing: Array, reach: float) -> Array:
+    """How soon the character is within reach of each source, if both go on as now.
+
+    Args:
+        offset: (N, 2) from the character to the sources [m].
+        closing: (N, 2) velocity of the character relative to each source [m/s].
+        reach: distance at which it is reached [m].
+
+    Returns:
+        (N,) [s], at least `LEAST_TIME_S`; a source not approached counts as approached at `LEAST_SPEED`.
+    """
+    distance = np.linalg.norm(offset, axis=1)
+    speed = (offset * closing).sum(axis=1) / np.maximum(distance, 1e-9)
+    return np.asarray(np.maximum((distance - reach) / np.maximum(speed, LEAST_SPEED), LEAST_TIME_S))
+
+
+def contact_weights(times: ArrayLike, power: float = 2.0) -> Array:
+    """Weights of sources of influence: inversely proportional to a power of the time to contact, adding up to 1.
+
+    Args:
+        times: (N,) [s].
+        power: 0 counts all alike; the larger, the more the soonest counts.
+
+    Returns:
+        (N,).
+    """
+    soonest = np.asarray(times, dtype=np.float64)
+    weights = (soonest.min() / soonest) ** power
+    return np.asarray(weights / weights.sum())
+
+
+def expected_posture(postures: Array, weights: ArrayLike, power: float = 2.0) -> Array:
+    """The values with the least expected distance to given ones, joint by joint.
+
+    Args:
+        postures: (K, D) joint values [rad].
+        weights: (K,) at least one above 0; scaled to add up to 1.
+        power: p of the distance |difference|^p, 1 or more: 2 gives the mean, 1 the median (the middle of the two
+            nearest where the halves balance).
+
+    Returns:
+        (D,).
+
+    Raises:
+        SettingError: a power below 1.
+    """
+    if not power >= 1:
+        raise SettingError(f"power {power} of the expected distance; valid: 1 or more")
+    values = np.asarray(postures, dtype=np.float64)
+    share = np.asarray(weights, dtype=np.float64) / np.sum(weights)
+    if power == 2:
+        return np.asarray(share @ values)
+    if power == 1:
+        return _weighted_median(values, share)
+    low, high = values.min(axis=0), values.max(axis=0)
+    for _ in range(60):  # the derivative rises with q: halve the bracket
+        middle = (low + high) / 2
+        difference = middle - values
+        slope = share @ (np.sign(difference) * np.abs(difference) ** (power - 1))
+        low, high = np.where(slope < 0, middle, low), np.where(slope < 0, high, middle)
+    return np.asarray((low + high) / 2)
+
+
+def style_of(target: Motion, settings: PreparationSettings = DEFAULT_SETTINGS) -> Style:
+    """The style of a target motion: its reference posture.
+
+    Raises:
+        MotionError: its target movement is not marked.
+    """
+    reference = reference_posture(target, settings)
+    return Style(reference.qpos, reference.sole_height, reference.contacts)
+
+
+def mixed_style(styles: Sequence[Style], weights: ArrayLike, power: float = 2.0) -> Style:
+    """The style with the least expected distance (see the module).
+
+    Args:
+        styles: single postures.
+        weights: one each.
+        power: see `expected_posture`; applies to the hinges and the root's tilt. Heights of the soles are averaged, and a foot
+            supports where it does in more than half, by weight.
+    """
+    if len(styles) == 1:
+        return styles[0]
+    share = np.asarray(weights, dtype=np.float64) / np.sum(weights)
+    vectors = np.stack([style_vector(style) for style in styles])
+    mean = share @ vectors
+    mean[:39] = expected_posture(vectors[:, :39], share, power)
+    return style_from_vectors(mean)
+
+
+def style_vector(style: Style) -> Array:
+    """A single style as numbers that can be averaged: root tilt (2), hinges (37), sole heights (2), contacts (2)."""
+    _, tilt = split_heading(style.qpos[3:7])
+    return np.concatenate([tilt, style.qpos[7:], style.sole_height, style.contacts.astype(np.float64)])
+
+
+def style_from_vectors(vectors: Array) -> Style:
+    """Inverse of `style_vector`, for one (43,) or many (T, 43)."""
+    tilt, hinges, soles, contacts = np.split(vectors, [2, 39, 41], axis=-1)
+    quat = join_heading(np.zeros(tilt.shape[:-1]), tilt)
+    qpos = np.concatenate([np.zeros((*tilt.shape[:-1], 3)), quat, hinges], axis=-1)
+    return Style(qpos, soles, contacts > 0.5)
+
+
+def _weighted_median(values: Array, share: Array) -> Array:
+    order = np.argsort(values, axis=0, kind="stable")
+    ranked = np.take_along_axis(values, order, axis=0)
+    below = np.cumsum(share[order], axis=0)
+    columns = np.arange(values.shape[1])
+    low = ranked[(below >= 0.5 - 1e-12).argmax(axis=0), columns]
+    high = ranked[(below > 0.5 + 1e-12).argmax(axis=0), columns]
+    return np.asarray((low + high) / 2)
