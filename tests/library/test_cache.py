@@ -10,6 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from simprep.humanoid import mjcf_folder
 from simprep.library import cache, library_entries
 from simprep.library.cache import cached_motion, code_key
 from simprep.motion.motion import Motion
@@ -87,19 +88,22 @@ def test_a_folder_that_cannot_be_written_only_means_no_cache(tmp_path, monkeypat
     assert generate.made == 3
 
 
-def test_the_key_follows_code_and_model_and_old_versions_go(folder, monkeypatch, tmp_path):
+def test_the_key_follows_code_and_model_and_newer_code_keeps_nothing(folder, monkeypatch, tmp_path):
     generate = Generator("duck")
     cached_motion("duck", generate)
-    real = code_key()
     package = tmp_path / "simprep"
+    real = code_key.__wrapped__()
     shutil.copytree(os.path.dirname(cache.__file__), package / "library")
     shutil.copytree(os.path.dirname(sys.modules["simprep.motion"].__file__), package / "motion")
     shutil.copy(sys.modules["simprep.humanoid"].__file__, package / "humanoid.py")
+    shutil.copytree(mjcf_folder(), package / "mjcf")
+    monkeypatch.setattr(cache, "mjcf_folder", lambda: package / "mjcf")
     monkeypatch.setattr(cache.simprep, "__file__", str(package / "__init__.py"))
     assert code_key.__wrapped__() == real
-    for changed in (package / "library" / "duck.py", package / "motion" / "edit.py", package / "humanoid.py"):
+    for changed in ("library/duck.py", "motion/formats/bvh.py", "humanoid.py", "mjcf/humanoid.xml"):
         before = code_key.__wrapped__()
-        changed.write_text(changed.read_text() + "\n# changed\n")
+        with (package / changed).open("a") as stream:
+            stream.write("\n")
         assert code_key.__wrapped__() != before
     # code newer than this process: its motions belong to no key
     monkeypatch.setattr(cache, "_IMPORTED_AT", time.time() - 60)
