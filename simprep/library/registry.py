@@ -4,12 +4,44 @@ from functools import cache
 from itertools import chain
 
 from simprep.errors import UnknownNameError
-from simprep.library import crawl, duck, jump, kick, punch, stand, steps, walk, walk_directions, walk_transitions
+from simprep.library import (
+    block,
+    crawl,
+    dodge,
+    duck,
+    hook,
+    jump,
+    kick,
+    punch,
+    stand,
+    steps,
+    straight,
+    uppercut,
+    walk,
+    walk_directions,
+    walk_transitions,
+)
 from simprep.library.cache import cached_motion
 from simprep.library.entry import Entry
 from simprep.motion.motion import Motion
 
-_MODULES = (stand, walk, walk_directions, walk_transitions, steps, punch, kick, crawl, duck, jump)
+_MODULES = (
+    stand,
+    walk,
+    walk_directions,
+    walk_transitions,
+    steps,
+    punch,
+    straight,
+    hook,
+    uppercut,
+    block,
+    dodge,
+    kick,
+    crawl,
+    duck,
+    jump,
+)
 _ENTRIES: dict[str, Entry] = {entry.name: entry for entry in chain.from_iterable(m.ENTRIES for m in _MODULES)}
 
 
