@@ -1,6 +1,7 @@
 """Contact sheets: film strips of many motions under each other, each with its own times."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from simprep.errors import SettingError
 from simprep.files import atomic_path
 from simprep.motion.motion import Motion
-from simprep.report.film_strip import Row, StripSettings, film_strip, pillow
+from simprep.report.film_strip import Row, Stage, StripSettings, film_strip, pillow
 
 COLUMNS = 10
 PICTURE_PX = (120, 150)
@@ -53,12 +54,14 @@ def save_contact_sheet(
         raise SettingError("a contact sheet of no motions; valid: 1 or more")
     image_module = pillow()[0]
     width, height = PICTURE_PX
+    layout = StripSettings(columns=COLUMNS, width_px=width, height_px=height)
     strips = []
-    for number, motion in enumerate(motions, 1):
-        times = tuple(float(time) for time in picture_times(motion))
-        settings = StripSettings(columns=COLUMNS, width_px=width, height_px=height, times_s=times)
-        strips.append(film_strip([Row(f"{motion.name}, {motion.duration:.1f} s", motion)], settings))
-        progress(number)
+    with Stage(layout) as stage:
+        for number, motion in enumerate(motions, 1):
+            row = Row(f"{motion.name}, {motion.duration:.1f} s", motion)
+            settings = replace(layout, times_s=tuple(float(time) for time in picture_times(motion)))
+            strips.append(film_strip([row], settings, stage))
+            progress(number)
     picture = image_module.fromarray(np.concatenate(strips))
     with atomic_path(path) as temporary:
         picture.quantize(COLOURS).save(temporary, format="PNG", optimize=True)

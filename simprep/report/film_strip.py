@@ -1,5 +1,6 @@
 """Film strips: poses of one or more motions at the same instants, one row each, as in Fig. 6 of the 2013 paper."""
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 
 from simprep.errors import MissingExtraError, SettingError
 from simprep.files import atomic_path
+from simprep.humanoid import Body
 from simprep.motion.edit import sample
 from simprep.motion.motion import Motion
 from simprep.report.gl import Canvas, find_backend
@@ -62,12 +64,16 @@ class StripSettings:
     scene: SceneSettings = field(default_factory=SceneSettings)
 
 
-def film_strip(rows: Sequence[Row], settings: StripSettings | None = None) -> NDArray[np.uint8]:
+def film_strip(
+    rows: Sequence[Row], settings: StripSettings | None = None, stage: "Stage | None" = None
+) -> NDArray[np.uint8]:
     """Draw a strip. The camera follows the root of each row in plan; its height is fixed.
 
     Args:
         rows: at least one.
         settings: layout and camera.
+        stage: where to draw, made with the same size, camera and scene; None for one of its own. Many strips on one
+            stage take half the time.
 
     Returns:
         (height, width, 3) RGB picture.
@@ -89,10 +95,13 @@ def film_strip(rows: Sequence[Row], settings: StripSettings | None = None) -> ND
     row_px = HEADER_PX + settings.height_px
     page = image_module.new("RGB", (len(times) * settings.width_px, len(rows) * row_px + HEADER_PX), "white")
     pen = draw_module.Draw(page)
+    with contextlib.ExitStack() as stack:
+        stage = stage or stack.enter_context(Stage(settings))
+        drawn = [stage.pictures(row.motion, times) for row in rows]
     for index, row in enumerate(rows):
         top = index * row_px
         pen.text((6, top + 3), row.label.replace("→", "->"), fill=INK, font=font)  # the font has no arrow
-        for column, picture in enumerate(_draw_row(row, times, settings)):
+        for column, picture in enumerate(drawn[index]):
             corner = (column * settings.width_px, top + HEADER_PX)
             over = times[column] > row.motion.duration + 1e-6
             tile = image_module.fromarray(picture)
@@ -130,30 +139,58 @@ def save_film_strip(rows: Sequence[Row], path: str | Path, settings: StripSettin
     return Path(path)
 
 
-def _draw_row(row: Row, times: NDArray[np.float64], settings: StripSettings) -> list[NDArray[np.uint8]]:
-    import mujoco
+class Stage:
+    """Draws motions off screen, as seen by the camera of a strip; a context manager, which holds a GL context.
 
-    scene = SceneSettings((row.motion.body,), settings.scene.obstacles, settings.scene.timestep)
-    model = build_scene(scene)
-    data = mujoco.MjData(model)
-    camera = mujoco.MjvCamera()
-    camera.azimuth, camera.elevation = settings.azimuth_deg, settings.elevation_deg
-    field_of_view = np.deg2rad(model.vis.global_.fovy)
-    camera.distance = settings.extent_m / 2 / np.tan(field_of_view / 2)
-    poses = sample(row.motion, times)
-    gl_context = find_backend().context(settings.width_px, settings.height_px)
-    try:
-        canvas = Canvas(model, settings.width_px, settings.height_px, gl_context)
+    Args:
+        settings: size of the pictures, camera and scene.
+
+    Raises:
+        NoGlError: on entry, nothing can draw off screen here.
+    """
+
+    def __init__(self, settings: StripSettings) -> None:
+        self._settings = settings
+        self._canvases: dict[Body, tuple[Any, Canvas]] = {}
+
+    def __enter__(self) -> "Stage":
+        self._gl = find_backend().context(self._settings.width_px, self._settings.height_px)
+        return self
+
+    def __exit__(self, *problem: object) -> None:
+        self._canvases.clear()  # GL objects go before the context they live in
+        self._gl.free()
+
+    def pictures(self, motion: Motion, times: NDArray[np.float64]) -> list[NDArray[np.uint8]]:
+        """Pictures of a motion.
+
+        Args:
+            motion: the motion.
+            times: (N,) instants [s], held at the ends.
+
+        Returns:
+            N pictures (height, width, 3).
+        """
+        import mujoco
+
+        settings = self._settings
+        if motion.body not in self._canvases:
+            scene = SceneSettings((motion.body,), settings.scene.obstacles, settings.scene.timestep)
+            model = build_scene(scene)
+            self._canvases[motion.body] = model, Canvas(model, settings.width_px, settings.height_px, self._gl)
+        model, canvas = self._canvases[motion.body]
+        data = mujoco.MjData(model)
+        camera = mujoco.MjvCamera()
+        camera.azimuth, camera.elevation = settings.azimuth_deg, settings.elevation_deg
+        field_of_view = np.deg2rad(model.vis.global_.fovy)
+        camera.distance = settings.extent_m / 2 / np.tan(field_of_view / 2)
         pictures = []
-        for pose in poses:
+        for pose in sample(motion, times):
             data.qpos[:] = pose
             mujoco.mj_forward(model, data)
             camera.lookat[:] = [pose[0], pose[1], 0.42 * settings.extent_m]
             pictures.append(canvas.draw(data, camera))
-        del canvas  # its GL objects go before the context they live in
-    finally:
-        gl_context.free()
-    return pictures
+        return pictures
 
 
 def pillow() -> tuple[Any, Any, Any]:

@@ -136,7 +136,6 @@ class Canvas:
             self._scene.flags[flag] = False
         self._option = mujoco.MjvOption()
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
 
     def draw(self, data: Any, camera: Any) -> Any:
         """The picture of a state.
@@ -155,6 +154,8 @@ class Canvas:
         mujoco.mjv_updateScene(
             self._model, data, self._option, None, camera, mujoco.mjtCatBit.mjCAT_ALL.value, self._scene
         )
+        # another canvas of the same GL context may have drawn in between
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN.value, self._context)
         mujoco.mjr_render(viewport, self._scene, self._context)
         picture = np.empty((self._height, self._width, 3), dtype=np.uint8)
         mujoco.mjr_readPixels(picture, None, viewport, self._context)

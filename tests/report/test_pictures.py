@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from simprep.errors import SettingError
-from simprep.humanoid import hinge_index, standing_qpos
+from simprep.humanoid import Body, hinge_index, standing_qpos
 from simprep.motion.motion import Motion
 from simprep.report.figures import plot_blending_curves, plot_com_and_support, plot_margins, support_margin
-from simprep.report.film_strip import HEADER_PX, Row, StripSettings, film_strip, save_film_strip
+from simprep.report.film_strip import HEADER_PX, Row, Stage, StripSettings, film_strip, save_film_strip
 from simprep.report.gl import NoGlError, find_backend
 
 SMALL = StripSettings(columns=3, width_px=60, height_px=72)
@@ -67,6 +67,19 @@ def test_a_row_that_ends_early_is_greyed(can_draw, stand):
     inside = slice(25, 70), slice(5, 55)  # below the note
     assert np.ptp(last[inside], axis=2).max() < 3
     assert np.ptp(first[inside], axis=2).max() > 30
+
+
+def test_different_bodies_share_a_strip_and_strips_share_a_stage(can_draw, stand):
+    body = Body(1.4, 45.0)
+    small = Motion(np.repeat(standing_qpos(body)[None], 31, axis=0), 30.0, stand.contacts, body=body)
+    rows = [Row("one", stand), Row("small", small), Row("one", stand), Row("small", small)]
+    with Stage(SMALL) as stage:
+        strip, again = film_strip(rows, SMALL, stage), film_strip(rows[:1], SMALL, stage)
+    one, two, three, four = (pictures(strip, SMALL, row)[0] for row in range(4))
+    assert np.array_equal(one, three)
+    assert np.array_equal(two, four)
+    assert (np.abs(one - two).max(axis=2) > 40).sum() > 20  # smaller by a head
+    assert np.array_equal(pictures(again, SMALL, 0)[0], one)
 
 
 def test_a_strip_is_saved_small_and_bad_layouts_are_refused(can_draw, stand, tmp_path):
