@@ -13,8 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.duel.action_features import ActionFeatures, PairTracks, action_features, fit_pose_basis
-from simprep.duel.label_model import LABEL_MODELS, LabelModel, fit_label_model, total_variation
-from simprep.duel.semi_tied import CovarianceModel, DiagonalCovariance, FullCovariance, SemiTied
+from simprep.duel.label_estimates import LABEL_MODELS, fit_label_model
+from simprep.duel.label_model import LabelModel, total_variation
+from simprep.duel.semi_tied import PRIOR_COUNT, CovarianceModel, DiagonalCovariance, FullCovariance, SemiTied
 from simprep.duel.structures import PLAYERS, CoupledGraph, Transitions
 from simprep.duel.transition_model import label_triples
 from simprep.errors import SettingError
@@ -40,7 +41,7 @@ class EvaluationSettings:
     splits: int = 5
     components: tuple[int, ...] = (1, 2, 3, 4, 5, 6, 7, 8)
     pose_components: int = 3
-    prior_counts: tuple[float, ...] = (1.0, 0.1, 10.0)
+    prior_counts: tuple[float, ...] = (PRIOR_COUNT, 1.0, 100.0)
 
     def __post_init__(self) -> None:
         if self.splits < 1 or not self.prior_counts:

@@ -1,20 +1,17 @@
-"""Which action follows: P(next own label | own label, opponent's label), three ways behind one interface.
+"""Which action follows: P(next own label | own label, opponent's label), what every model of it offers, and scores.
 
-Source: the 2008 paper, section 4.2 and appendix A.1. In every function here `own` is the label of the player that is
-about to choose (the paper's l1), `opponent` that of the other (l2), `next` the own label chosen (l1'). Each player has
-its own model, with candidates from its own actions. All probabilities come from counts with a Dirichlet(1) prior,
-P(x) = (N(x) + 1) / sum over y of (N(y) + 1).
+Source: the 2008 paper, section 4.2. In every function here `own` is the label of the player that is about to choose
+(the paper's l1), `opponent` that of the other (l2), `next` the own label chosen (l1'). Each player has its own model,
+with candidates from its own actions. The estimates are in `simprep.duel.label_estimates`.
 """
 
-from abc import ABC, abstractmethod
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simprep.duel.labels import SHAPE, decode
-from simprep.errors import SettingError, UnknownNameError
+from simprep.errors import SettingError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -60,134 +57,6 @@ class LabelTriples:
 
 
 @dataclass(frozen=True)
-class _Counted(ABC):
-    """What the three estimates share: the counts are made once, rows of probabilities on demand.
-
-    Attributes:
-        triples: observed transitions.
-        candidates: (K,) codes that may come next, ascending: the labels of the player in the example stream.
-        opponent_labels: (K2,) codes of the opponent in the example stream, ascending.
-    """
-
-    triples: LabelTriples
-    candidates: IntArray
-    opponent_labels: IntArray
-
-    def __post_init__(self) -> None:
-        if len(self.candidates) == 0:
-            raise SettingError("a label model needs at least one candidate label")
-        for name in ("candidates", "opponent_labels"):
-            object.__setattr__(self, name, np.unique(np.asarray(getattr(self, name), dtype=np.int64)))
-        unknown = ~np.isin(self.triples.next, self.candidates)
-        if unknown.any():
-            raise SettingError(f"label {int(self.triples.next[unknown][0])} follows in the data but is no candidate")
-
-    @abstractmethod
-    def distribution(self, own: ArrayLike, opponent: ArrayLike) -> FloatArray:
-        """Probabilities (..., K) of the candidates."""
-
-    def log_prob(self, own: ArrayLike, opponent: ArrayLike, next_label: ArrayLike) -> FloatArray:
-        """Natural logarithm (...) of the probability of the next label; -inf where it is no candidate."""
-        return log_prob_from(self.candidates, self.distribution(own, opponent), next_label)
-
-
-@dataclass(frozen=True)
-class FirstOrderProduct(_Counted):
-    """Eq. 9, the paper's choice: P(next | own) times P(next | opponent), normalised.
-
-    Attributes:
-        own_table: (K + 1, K) P(next | own), Eq. 10: the probabilities on the edges of the player's graph; the last row
-            is for an own label that was never seen.
-        opponent_table: (K2 + 1, K) P(next | opponent), Eq. 11: those on the cross edges.
-    """
-
-    own_table: FloatArray = field(init=False)
-    opponent_table: FloatArray = field(init=False)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        column = np.searchsorted(self.candidates, self.triples.next)
-        for name, given, rows in (
-            ("own_table", self.triples.own, self.candidates),
-            ("opponent_table", self.triples.opponent, self.opponent_labels),
-        ):
-            counts = np.zeros((len(rows) + 1, len(self.candidates)))
-            np.add.at(counts, (row_of(rows, given), column), 1)
-            # An observation whose given label is unknown fills the spare row, which must stay the prior alone.
-            counts[-1] = 0
-            object.__setattr__(self, name, _smoothed(counts))
-
-    def distribution(self, own: ArrayLike, opponent: ArrayLike) -> FloatArray:
-        """Probabilities (..., K) of the candidates; a label never seen says nothing (a uniform factor)."""
-        product = (
-            self.own_table[row_of(self.candidates, own)] * self.opponent_table[row_of(self.opponent_labels, opponent)]
-        )
-        return np.asarray(product / product.sum(axis=-1, keepdims=True))
-
-
-@dataclass(frozen=True)
-class Trigram(_Counted):
-    """Eq. 7: counts of the whole triple. Rejected by the paper: most triples are never seen.
-
-    Attributes:
-        contexts: (U,) own and opponent label seen together, as one number, ascending.
-        table: (U + 1, K) P(next | own, opponent); the last row (uniform) is for a pair never seen.
-    """
-
-    contexts: IntArray = field(init=False)
-    table: FloatArray = field(init=False)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        pairs = _pair(self.triples.own, self.triples.opponent)
-        contexts, row = np.unique(pairs, return_inverse=True)
-        counts = np.zeros((len(contexts) + 1, len(self.candidates)))
-        np.add.at(counts, (row, np.searchsorted(self.candidates, self.triples.next)), 1)
-        object.__setattr__(self, "contexts", contexts)
-        object.__setattr__(self, "table", _smoothed(counts))
-
-    def distribution(self, own: ArrayLike, opponent: ArrayLike) -> FloatArray:
-        """Probabilities (..., K) of the candidates, uniform for a pair of labels never seen together."""
-        return np.asarray(self.table[row_of(self.contexts, _pair(own, opponent))])
-
-
-@dataclass(frozen=True)
-class FullyFactored(_Counted):
-    """Eq. 8: product over all pairs of aspects. Rejected by the paper: overconfident, possible actions get almost none.
-
-    Attributes:
-        own_score: (7, max qualifiers, K) sum over the next label's aspects k of log P(next_k | own_m), by aspect m and
-            its qualifier.
-        opponent_score: the same, given the opponent's aspects.
-    """
-
-    own_score: FloatArray = field(init=False)
-    opponent_score: FloatArray = field(init=False)
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        following = decode(self.triples.next)
-        candidates = decode(self.candidates)
-        for name, given in (("own_score", decode(self.triples.own)), ("opponent_score", decode(self.triples.opponent))):
-            score = np.zeros((len(SHAPE), max(SHAPE), len(self.candidates)))
-            for m, size in enumerate(SHAPE):
-                for k, size_next in enumerate(SHAPE):
-                    counts = np.zeros((size, size_next))
-                    np.add.at(counts, (given[:, m], following[:, k]), 1)
-                    score[m, :size] += np.log(_smoothed(counts))[:, candidates[:, k]]
-            object.__setattr__(self, name, score)
-
-    def distribution(self, own: ArrayLike, opponent: ArrayLike) -> FloatArray:
-        """Probabilities (..., K) of the candidates."""
-        aspect = np.arange(len(SHAPE))
-        score = self.own_score[aspect, decode(own)].sum(axis=-2) + self.opponent_score[aspect, decode(opponent)].sum(
-            axis=-2
-        )
-        weight = np.exp(score - score.max(axis=-1, keepdims=True))
-        return np.asarray(weight / weight.sum(axis=-1, keepdims=True))
-
-
-@dataclass(frozen=True)
 class Tabulated:
     """A distribution known outright, such as the policy that generated a synthetic stream.
 
@@ -225,33 +94,6 @@ class Tabulated:
     def log_prob(self, own: ArrayLike, opponent: ArrayLike, next_label: ArrayLike) -> FloatArray:
         """Natural logarithm (...) of the probability of the next label; -inf where it is no candidate."""
         return log_prob_from(self.candidates, self.distribution(own, opponent), next_label)
-
-
-LABEL_MODELS: dict[str, type[FirstOrderProduct] | type[Trigram] | type[FullyFactored]] = {
-    "eq9": FirstOrderProduct,
-    "eq7": Trigram,
-    "eq8": FullyFactored,
-}
-"""The estimates by the number of their equation; the first is the default."""
-
-
-def fit_label_model(
-    triples: LabelTriples, candidates: IntArray, opponent_labels: IntArray, kind: str = "eq9"
-) -> FirstOrderProduct | Trigram | FullyFactored:
-    """Estimate P(next | own, opponent).
-
-    Args:
-        triples: observed transitions.
-        candidates: codes of the player's labels in the whole example stream.
-        opponent_labels: codes of the opponent's labels there.
-        kind: one of `LABEL_MODELS`.
-
-    Raises:
-        UnknownNameError: another kind.
-    """
-    if kind not in LABEL_MODELS:
-        raise UnknownNameError("label model", kind, LABEL_MODELS)
-    return LABEL_MODELS[kind](triples, candidates, opponent_labels)
 
 
 def average_log_prob(model: LabelModel, triples: LabelTriples) -> float:
@@ -293,12 +135,3 @@ def row_of(known: IntArray, codes: ArrayLike) -> IntArray:
         return np.zeros(codes.shape, dtype=np.int64)
     row = np.minimum(np.searchsorted(known, codes), len(known) - 1)
     return np.where(known[row] == codes, row, len(known)).astype(np.int64)
-
-
-def _smoothed(counts: FloatArray) -> FloatArray:
-    """Rows of conditional probabilities from joint counts with the Dirichlet(1) prior."""
-    return np.asarray((counts + 1) / (counts + 1).sum(axis=-1, keepdims=True))
-
-
-def _pair(own: ArrayLike, opponent: ArrayLike) -> IntArray:
-    return np.asarray(own, dtype=np.int64) * np.int64(2**31) + np.asarray(opponent, dtype=np.int64)

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.duel.action_features import PoseBasis
-from simprep.duel.label_model import LABEL_MODELS, LabelTriples, fit_label_model
+from simprep.duel.label_estimates import LabelEstimate, LogLinear, fit_label_model
+from simprep.duel.label_model import LabelTriples
 from simprep.duel.labels import QUALIFIERS
 from simprep.duel.semi_tied import ClassGaussians
 from simprep.duel.structures import PLAYERS, CoupledGraph, couple, link_actions
@@ -25,6 +26,7 @@ MAX_BYTES = 300_000_000
 _SEGMENTS = ("player", "start", "end", "label", "clip")
 _BASIS = ("mean", "components", "explained")
 _TRIPLES = ("own", "opponent", "next")
+_SCORES = ("own_score", "opponent_score")
 _GAUSSIANS = ("classes", "mean", "covariance")
 
 
@@ -41,13 +43,12 @@ def save_model(model: DuelModel, path: str | Path) -> Path:
     path = Path(path)
     if path.suffix != ".npz":
         path = path.with_name(path.name + ".npz")
-    kinds = {kind: name for name, kind in LABEL_MODELS.items()}
     header = {
         "schema": SCHEMA,
         "fps": model.fps,
         "goal_delay_s": model.goal_delay,
         "qualifiers": {aspect: list(names) for aspect, names in QUALIFIERS.items()},
-        "label_model": [kinds[type(player.labels)] for player in model.players],
+        "label_model": [player.labels.kind for player in model.players],
         "reaches_goals": [player.goal_gaussians is not None for player in model.players],
     }
     parts: dict[str, NDArray[np.generic]] = {"header": np.array(json.dumps(header)), "parameters": model.parameters}
@@ -55,6 +56,8 @@ def save_model(model: DuelModel, path: str | Path) -> Path:
     parts |= {f"basis_{name}": getattr(model.basis, name) for name in _BASIS}
     for player in model.players:
         parts |= {f"triple_{name}_{player.player}": getattr(player.labels.triples, name) for name in _TRIPLES}
+        if isinstance(player.labels, LogLinear):
+            parts |= {f"{name}_{player.player}": getattr(player.labels, name) for name in _SCORES}
         for kind, gaussians in (("gaussian", player.gaussians), ("goal", player.goal_gaussians)):
             if gaussians is not None:
                 parts |= {f"{kind}_{name}_{player.player}": getattr(gaussians, name) for name in _GAUSSIANS}
@@ -136,7 +139,12 @@ def _player(
     graph: CoupledGraph, parts: dict[str, NDArray[Any]], player: int, kind: str, reaches_goals: bool
 ) -> TransitionModel:
     triples = LabelTriples(*(parts[f"triple_{name}_{player}"] for name in _TRIPLES))
-    labels = fit_label_model(triples, graph.graphs[player].labels, graph.graphs[1 - player].labels, kind)
+    own, opponent = graph.graphs[player].labels, graph.graphs[1 - player].labels
+    labels: LabelEstimate
+    if kind == LogLinear.kind:
+        labels = LogLinear(triples, own, opponent, *(parts[f"{name}_{player}"] for name in _SCORES))
+    else:
+        labels = fit_label_model(triples, own, opponent, kind)
     gaussians = ClassGaussians(*(parts[f"gaussian_{name}_{player}"] for name in _GAUSSIANS))
     goal_gaussians = None
     if reaches_goals:

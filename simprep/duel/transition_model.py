@@ -18,7 +18,8 @@ from simprep.duel.action_features import (
     action_features,
     fit_pose_basis,
 )
-from simprep.duel.label_model import FirstOrderProduct, FullyFactored, LabelTriples, Trigram, fit_label_model
+from simprep.duel.label_estimates import LabelEstimate, fit_label_model
+from simprep.duel.label_model import LabelTriples
 from simprep.duel.semi_tied import ClassGaussians, CovarianceModel, SemiTied
 from simprep.duel.structures import PLAYERS, CoupledGraph, Transitions
 from simprep.errors import MotionError, SettingError
@@ -70,7 +71,7 @@ class TransitionModel:
     """
 
     player: int
-    labels: FirstOrderProduct | Trigram | FullyFactored
+    labels: LabelEstimate
     gaussians: ClassGaussians
     goal_gaussians: ClassGaussians | None
     examples: IntArray
@@ -179,7 +180,7 @@ class TrainingSettings:
     """How to learn a model.
 
     Attributes:
-        label_model: estimate of P(l1' | l1, l2): eq9 (the paper's), eq7 or eq8.
+        label_model: estimate of P(l1' | l1, l2): eq9 (the paper's), eq7, eq8 or log_linear.
         covariance: estimate of the Gaussians: `SemiTied` (the paper's), `FullCovariance` or `DiagonalCovariance`.
         pose_components: principal components of the local pose.
         goal_delay: time after an action begins at which a goal is reached [s].
@@ -242,7 +243,7 @@ def player_model(
     graph: CoupledGraph,
     parameters: FloatArray,
     player: int,
-    labels: FirstOrderProduct | Trigram | FullyFactored,
+    labels: LabelEstimate,
     gaussians: ClassGaussians,
     goal_gaussians: ClassGaussians | None,
 ) -> TransitionModel:

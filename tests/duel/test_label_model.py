@@ -4,14 +4,8 @@ import numpy as np
 import pytest
 from synthetic_bout import LABELS, bout, policy
 
-from simprep.duel.label_model import (
-    LABEL_MODELS,
-    LabelTriples,
-    Tabulated,
-    average_log_prob,
-    fit_label_model,
-    total_variation,
-)
+from simprep.duel.label_estimates import LABEL_MODELS, fit_label_model, fit_log_linear
+from simprep.duel.label_model import LabelTriples, Tabulated, average_log_prob, total_variation
 from simprep.duel.labels import CODES, QUALIFIERS, Label
 from simprep.duel.transition_model import label_triples
 from simprep.errors import SettingError, UnknownNameError
@@ -88,12 +82,29 @@ def test_eq9_finds_a_policy_of_its_own_form_and_leads_the_alternatives():
     models = {kind: fit_label_model(train, LABELS, LABELS, kind) for kind in LABEL_MODELS}
     score = {kind: average_log_prob(model, held_out) for kind, model in models.items()}
     ceiling = average_log_prob(truth, held_out)
-    assert ceiling > score["eq9"] > score["eq7"]
+    assert ceiling > score["log_linear"] > score["eq9"] > score["eq7"]
     assert score["eq9"] > score["eq8"]
     distance = {
         kind: total_variation(model, truth, held_out.own, held_out.opponent).mean() for kind, model in models.items()
     }
-    assert distance["eq9"] == min(distance.values())
+    assert distance["log_linear"] < distance["eq9"] < min(distance["eq7"], distance["eq8"])
+
+
+def test_log_linear_meets_the_conditions_of_a_maximum():
+    rng = np.random.default_rng(3)
+    rows = LabelTriples(*rng.choice(LABELS, size=(3, 3000)))
+    free = fit_log_linear(rows, LABELS, LABELS, penalty=1e-3)
+    strict = fit_log_linear(rows, LABELS, LABELS, penalty=1e6)
+    assert average_log_prob(free, rows) > average_log_prob(fit_label_model(rows, LABELS, LABELS), rows)
+    np.testing.assert_allclose(strict.distribution(LABELS[0], LABELS[1]), 1 / len(LABELS), rtol=1e-2)
+    # At a maximum with hardly a prior, each label follows each other as often as the model expects.
+    following = rows.next[:, None] == LABELS
+    excess = free.distribution(rows.own, rows.opponent) - following
+    for given in (rows.own, rows.opponent):
+        pairs = (given[:, None] == LABELS).astype(float).T @ excess
+        assert np.abs(pairs).max() < 0.2
+        eq9 = fit_label_model(rows, LABELS, LABELS).distribution(rows.own, rows.opponent) - following
+        assert np.abs((given[:, None] == LABELS).astype(float).T @ eq9).max() > 2
 
 
 def test_total_variation_of_models_with_different_candidates():

@@ -19,8 +19,9 @@ from simprep.duel.action_features import (
     turned,
 )
 from simprep.duel.model_store import read_model, save_model
+from simprep.duel.semi_tied import DiagonalCovariance
 from simprep.duel.structures import link_actions
-from simprep.duel.transition_model import train
+from simprep.duel.transition_model import TrainingSettings, train
 from simprep.errors import MotionError, MotionFileError, SettingError
 
 
@@ -194,7 +195,9 @@ def test_a_choice_takes_well_under_a_millisecond(made, model):
     assert (time.process_time() - begin) / 200 < 1e-3
 
 
-def test_a_saved_model_chooses_as_before(made, model, tmp_path):
+@pytest.mark.parametrize("label_model", ["eq9", "log_linear"])
+def test_a_saved_model_chooses_as_before(made, label_model, tmp_path):
+    model = train(made.graph, made.tracks, TrainingSettings(label_model, DiagonalCovariance()))
     path = save_model(model, tmp_path / "model")
     read = read_model(path)
     x = action_features(made.tracks, made.actions, model.basis).samples(made.actions.transitions(0))[3]
