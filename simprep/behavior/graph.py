@@ -9,6 +9,7 @@ movement, and with the part after its last event.
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import permutations
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -241,7 +242,7 @@ def _transitions(
     begin, end = after or (0, len(target))
     distance = pair_distances(source, target, features)[first:last, begin:end]
     size = 2 * max(1, round(settings.apart * settings.fps)) + 1
-    modes = tuple("wrap" if motion.loop else "nearest" for motion in (source, target))
+    modes: list[Literal["wrap", "nearest"]] = ["wrap" if motion.loop else "nearest" for motion in (source, target)]
     lowest = minimum_filter(distance, size, mode=modes)
     limit = np.inf if kind == "prepared" else settings.threshold
     pairs = np.argwhere((distance <= lowest) & (distance < np.inf) & (distance <= limit))

@@ -70,7 +70,7 @@ class Influence:
 
     def at(self, time: ArrayLike) -> Array:
         """Where it is, (..., 2) [m], at times (...) [s]."""
-        moved = np.minimum(np.asarray(time, dtype=np.float64), self.stops_s)
+        moved = np.asarray(np.minimum(time, self.stops_s), dtype=np.float64)
         return np.asarray(self.position) + moved[..., None] * np.asarray(self.velocity)
 
 

@@ -5,7 +5,6 @@ changed, since a foot in the air must know where it will land. The window goes o
 differs at the joint, mostly because the look-ahead guessed wrong, dies away over a few frames.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from time import process_time
 
@@ -13,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.behavior.alpha_filter import filter_kernel
-from simprep.behavior.graph import MotionGraph
 from simprep.behavior.influence import style_from_vectors, style_vector
-from simprep.behavior.runtime_locomotion import LocomotionStream
+from simprep.behavior.runtime_locomotion import CoreNodes, LocomotionStream
 from simprep.errors import SettingError
 from simprep.humanoid import humanoid_model
 from simprep.motion.motion import Motion
@@ -60,8 +58,7 @@ class Character:
     """One character; `act` makes the frames of one action.
 
     Args:
-        cores: the core nodes by name.
-        graph: transitions between them.
+        cores: the core nodes.
         settings: of the synthesis.
         node: core node to begin with.
         frame: its frame to begin with.
@@ -72,8 +69,7 @@ class Character:
 
     def __init__(
         self,
-        cores: Mapping[str, Motion],
-        graph: MotionGraph,
+        cores: CoreNodes,
         settings: RuntimeSettings | None = None,
         node: str = "walk",
         frame: int = 0,
@@ -82,7 +78,7 @@ class Character:
         style: Style | None = None,
     ) -> None:
         self.settings = settings or RuntimeSettings()
-        self.stream = LocomotionStream(cores, graph, node, frame, place)
+        self.stream = LocomotionStream(cores, node, frame, place)
         self.fps = self.stream.fps
         self.node = node
         self._kernel = filter_kernel(self.settings.smoothing, self.fps)

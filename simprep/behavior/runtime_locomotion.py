@@ -13,8 +13,8 @@ from simprep.motion.motion import Motion
 from simprep.preparation.blending import split_heading
 from simprep.preparation.prepare import extend
 from simprep.preparation.synthesis import Locomotion
-from simprep.preparation.transition import DEFAULT_WINDOW_S, launch
 from simprep.preparation.trajectory import heading_trend
+from simprep.preparation.transition import DEFAULT_WINDOW_S, launch
 
 Array = NDArray[np.float64]
 
@@ -41,37 +41,82 @@ class Cycle:
     step: Array
 
 
+class CoreNodes:
+    """The core nodes and the ways between them, worked out once and shared by all characters.
+
+    Args:
+        motions: the core nodes by name, at the graph's frame rate.
+        graph: transitions between them.
+
+    Raises:
+        MotionError: a core node that is no loop, or at another frame rate than the graph.
+    """
+
+    def __init__(self, motions: Mapping[str, Motion], graph: MotionGraph) -> None:
+        self.fps = graph.settings.fps
+        self.cycles = {name: _cycle(motion, self.fps) for name, motion in motions.items()}
+        self.names = tuple(motions)
+        self.body = next(iter(motions.values())).body
+        self._graph = graph
+        self._entries: dict[tuple[str, str], NDArray[np.intp]] = {}
+
+    def cycle(self, name: str) -> Cycle:
+        """A core node by name.
+
+        Raises:
+            UnknownNameError: no such core node.
+        """
+        if name not in self.cycles:
+            raise UnknownNameError("core node", name, self.names)
+        return self.cycles[name]
+
+    def entry(self, source: str, frame: int, node: str) -> int | None:
+        """Frame of a core node to enter from a frame of another; None where it does not fit.
+
+        A frame will do whose distance to some frame of the other, with the same feet supporting, is at most that of
+        the graph's nearest transition, a quarter and a centimetre: a transition of a graph is a minimum, and quiet standing
+        or two gaits of one rhythm are hardly worse beside it.
+
+        Args:
+            source: core node left.
+            frame: its frame.
+            node: core node entered.
+        """
+        if source == node:
+            return None
+        key = (source, node)
+        if key not in self._entries:
+            distance = pair_distances(self.cycle(source).motion, self.cycle(node).motion)
+            edges = self._graph.between(source, node)
+            limit = _SLACK * edges[0].distance + _SLACK_M if edges else -1.0
+            self._entries[key] = np.where(distance.min(axis=1) <= limit, distance.argmin(axis=1), -1)
+        entry = int(self._entries[key][frame])
+        return None if entry < 0 else entry
+
+
 class LocomotionStream:
     """Frames of locomotion, appended as they are needed.
 
     Args:
-        cores: the core nodes by name, at the graph's frame rate.
-        graph: transitions between them.
+        cores: the core nodes.
         node: core node to begin with.
         frame: its frame to begin with.
         place: (x, y [m], heading [rad]) of the root in the first frame; the heading is that of the trend.
 
     Raises:
         UnknownNameError: no such core node.
-        MotionError: a core node that is no loop, or at another frame rate than the graph.
     """
 
     def __init__(
         self,
-        cores: Mapping[str, Motion],
-        graph: MotionGraph,
+        cores: CoreNodes,
         node: str,
         frame: int = 0,
         place: tuple[float, float, float] = (0.0, 0.0, 0.0),
     ) -> None:
-        if node not in cores:
-            raise UnknownNameError("core node", node, tuple(cores))
-        self._cycles = {name: _cycle(motion, graph.settings.fps) for name, motion in cores.items()}
-        self._graph = graph
-        self.fps = graph.settings.fps
-        self.body = cores[node].body
-        self.node = node
-        cycle = self._cycles[node]
+        cycle = cores.cycle(node)
+        self._cores = cores
+        self.fps, self.body, self.node = cores.fps, cores.body, node
         turn = place[2] - float(cycle.trend[frame % len(cycle.motion)])
         x, y = _rotate(cycle.motion.qpos[frame % len(cycle.motion), :2], turn)
         self._next = frame  # frame of the core node that comes next
@@ -80,7 +125,6 @@ class LocomotionStream:
         self._contacts = np.empty((0, 2), dtype=bool)
         self._trend = np.empty(0)
         self._phase: list[tuple[str, int]] = []
-        self._entries: dict[tuple[str, str], NDArray[np.intp]] = {}
 
     def __len__(self) -> int:
         return len(self._qpos)
@@ -102,11 +146,7 @@ class LocomotionStream:
         return Locomotion(self._qpos[part], self._contacts[part], self._trend[part], self.fps, self.body)
 
     def change(self, node: str, first: int, within: int) -> int | None:
-        """Go over to another core node, in the first frame from which the graph allows it.
-
-        A frame will do whose distance to some frame of the other core node, with the same feet supporting, is at most that of
-        the graph's nearest transition, a quarter and a centimetre: a transition of a graph is a minimum, and quiet standing
-        or two gaits of one rhythm are hardly worse beside it.
+        """Go over to another core node, in the first frame from which the graph allows it (`CoreNodes.entry`).
 
         Args:
             node: core node to go over to.
@@ -120,32 +160,17 @@ class LocomotionStream:
         Raises:
             UnknownNameError: no such core node.
         """
-        if node not in self._cycles:
-            raise UnknownNameError("core node", node, tuple(self._cycles))
+        self._cores.cycle(node)
         self.window(0, first + within + 2)
         for at in range(max(first, 2), first + within):
-            entry = self._entry(*self.phase(at), node)
+            entry = self._cores.entry(*self.phase(at), node)
             if entry is not None:
                 self._launch(node, at, entry)
                 return at
         return None
 
-    def _entry(self, source: str, frame: int, node: str) -> int | None:
-        """Frame of `node` to enter from a frame of another core node; None where it does not fit."""
-        if source == node:
-            return None
-        key = (source, node)
-        if key not in self._entries:
-            distance = pair_distances(self._cycles[source].motion, self._cycles[node].motion)
-            edges = self._graph.between(source, node)
-            limit = _SLACK * edges[0].distance + _SLACK_M if edges else -1.0
-            nearest = distance.argmin(axis=1)
-            self._entries[key] = np.where(distance.min(axis=1) <= limit, nearest, -1)
-        entry = int(self._entries[key][frame])
-        return None if entry < 0 else entry
-
     def _launch(self, node: str, at: int, entry: int) -> None:
-        cycle = self._cycles[node]
+        cycle = self._cores.cycle(node)
         n = len(cycle.motion)
         count = round(_CHANGE_S * self.fps)
         part = slice(at - 2, at + 2)
@@ -176,7 +201,7 @@ class LocomotionStream:
 
     def _play(self) -> None:
         """Append the rest of the current cycle."""
-        cycle = self._cycles[self.node]
+        cycle = self._cores.cycle(self.node)
         first = self._next % len(cycle.motion)
         placed = move(cycle.motion, (float(self._shift[0]), float(self._shift[1])), self._turn)
         phases = [(self.node, frame) for frame in range(first, len(cycle.motion))]
@@ -185,7 +210,7 @@ class LocomotionStream:
         self._carry()
 
     def _carry(self) -> None:
-        cycle = self._cycles[self.node]
+        cycle = self._cores.cycle(self.node)
         self._shift = self._shift + _rotate(cycle.step, self._turn)
         self._turn += cycle.turn
 
@@ -215,5 +240,3 @@ def _cycle(motion: Motion, fps: float) -> Cycle:
 def _rotate(point: Array, angle: float) -> Array:
     c, s = np.cos(angle), np.sin(angle)
     return np.array([c * point[0] - s * point[1], s * point[0] + c * point[1]])
-
-
