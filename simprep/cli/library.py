@@ -44,7 +44,7 @@ class List:
         from simprep.library.facts import event_times
 
         table = Table()
-        for title in ("family", "name", "duration", "events", "parameters", "what it is"):
+        for title in ("family", "name", "duration", "events", "what it is"):
             table.add_column(title, justify="right" if title == "duration" else "left", no_wrap=title == "name")
         content = []
         before = None
@@ -64,7 +64,7 @@ class List:
                 table.add_section()
             duration = f"{motion.duration:.2f} s{' loop' if motion.loop else ''}"
             shown = "" if entry.family == before else entry.family
-            table.add_row(shown, entry.name, duration, _events(events), _parameters(entry), entry.summary)
+            table.add_row(shown, entry.name, duration, _events(events), entry.summary)
             before = entry.family
         output.say(table)
         output.say(f"{len(content)} motions")
