@@ -189,7 +189,7 @@ class SemiTied:
 
     prior_count: float = PRIOR_COUNT
     max_sweeps: int = 200
-    tolerance: float = 1e-4
+    tolerance: float = 1e-3
 
     def fit(self, samples: FloatArray, classes: ArrayLike) -> ClassGaussians:
         """Gaussians of samples (N, D) of classes (N,); raises as `class_statistics`."""
