@@ -67,7 +67,7 @@ class List:
             table.add_row(shown, entry.name, duration, _events(events), entry.summary)
             before = entry.family
         output.say(table)
-        output.say(f"{len(content)} motions")
+        output.say(f"{len(content)} motion{'' if len(content) == 1 else 's'}")
         return content
 
 
