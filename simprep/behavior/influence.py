@@ -70,8 +70,8 @@ class Influence:
 
     def at(self, time: ArrayLike) -> Array:
         """Where it is, (..., 2) [m], at times (...) [s]."""
-        moved = np.asarray(np.minimum(time, self.stops_s), dtype=np.float64)
-        return np.asarray(self.position) + moved[..., None] * np.asarray(self.velocity)
+        moved: Array = np.minimum(np.asarray(time, dtype=np.float64), self.stops_s)[..., None]
+        return np.asarray(self.position, dtype=np.float64) + moved * np.asarray(self.velocity, dtype=np.float64)
 
 
 def time_to_contact(offset: Array, closing: Array, reach: float) -> Array:

@@ -9,7 +9,9 @@ import tyro
 
 from simprep import __version__
 from simprep.cli import library, output
+from simprep.cli.approach import Approach
 from simprep.cli.duel import Duel
+from simprep.cli.graph import Graph
 from simprep.cli.import_motion import Import
 from simprep.cli.track import Track
 from simprep.cli.validate import Validate
@@ -23,6 +25,8 @@ Command = (
     | Annotated[Track, tyro.conf.subcommand("track")]
     | Annotated[Import, tyro.conf.subcommand("import")]
     | Annotated[Duel, tyro.conf.subcommand("duel")]
+    | Annotated[Graph, tyro.conf.subcommand("graph")]
+    | Annotated[Approach, tyro.conf.subcommand("approach")]
     | Annotated[library.Library, tyro.conf.subcommand("library", description=library.DESCRIPTION)]
 )
 
