@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simprep.duel.positions import DEFAULT_SETTINGS, PositionSettings, position_clip, read_positions
+from simprep.duel.positions import DEFAULT_SETTINGS, PositionSettings, centres, position_clip, read_positions
 from simprep.duel.stream import PLAYERS, DuelStream, StreamReport, check_stream, swapped_frames
 from simprep.duel.stream_store import SCHEMA, read_stream
 from simprep.errors import MotionError, MotionFileError
@@ -120,12 +120,12 @@ def _clips_of_one(
     if people != 2:
         raise MotionFileError(path, f"holds {people} {'person' if people == 1 else 'people'}; a stream needs 2")
     one, two = (position_clip(recording, person, joint_map, settings) for person in range(2))
-    notes = []
-    hips = [clip.positions[:, clip.names.index("hips")] for clip in (one, two)]
     leg = float(np.median(np.linalg.norm(np.diff(one.positions[:, _leg(one)], axis=1), axis=-1).sum(axis=1)))
     # the speed limit is in metres, which the file's unit may not be: a leg is about 0.85 m
-    for frame in swapped_frames(np.stack(hips, axis=1) * (0.85 / leg), one.fps):
-        notes.append(f"the two people seem to exchange names at frame {frame} ({frame / one.fps:.2f} s)")
+    swapped = swapped_frames(centres(recording) * (0.85 / leg), recording.fps)
+    notes = [
+        f"the two people seem to exchange names at frame {frame} ({frame / recording.fps:.2f} s)" for frame in swapped
+    ]
     return (one, two), tuple(notes)
 
 

@@ -156,6 +156,19 @@ def position_clip(
     return _assemble(recording, at, fps, notes)
 
 
+def centres(recording: Recording) -> FloatArray:
+    """Mean of the joints seen in every frame (T, people, 3) [file unit]: where each person is, unfiltered."""
+    seen = np.isfinite(recording.positions).all(axis=-1, keepdims=True)
+    count = seen.sum(axis=2)
+    out = np.where(seen, recording.positions, 0.0).sum(axis=2) / np.maximum(count, 1)
+    frames = np.arange(len(out))
+    for person in range(out.shape[1]):
+        known = np.flatnonzero(count[:, person, 0])
+        for axis in range(3) if len(known) else ():
+            out[:, person, axis] = np.interp(frames, known, out[known, person, axis])
+    return np.asarray(out)
+
+
 def fill_gaps(
     path: Path, recording: Recording, person: int, joints: list[int], longest_s: float
 ) -> tuple[FloatArray, int]:

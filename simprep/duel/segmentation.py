@@ -28,7 +28,7 @@ class SegmentationSettings:
     """How minima of the contact force become cuts.
 
     Attributes:
-        smoothing_s: standard deviation of the Gaussian whose second derivative gives c'' [s]. 0.05 s passes half of a
+        smoothing_s: standard deviation of the Gaussian that smooths c before it is differenced [s]. 0.05 s passes half of a
             4 Hz sway and damps measurement noise of 1 mm at 60 Hz to about 1 % of body weight. Larger values lose
             fast punches, smaller ones cut at noise.
         prominence: how far the force must rise on both sides of a minimum, in body weights.
@@ -134,7 +134,7 @@ def contact_force(
     Returns:
         (T,) force in body weights.
 
-    Source: section 3.1 of the 2008 paper; the second derivative is that of the Gaussian-smoothed path. Clips are
+    Source: section 3.1 of the 2008 paper; c'' is the second difference of the Gaussian-smoothed path. Clips are
     continued beyond their ends by reflection in the end point, which keeps the velocity.
     """
     sigma = settings.smoothing_s * fps
@@ -145,10 +145,11 @@ def contact_force(
         if len(part) < 3:
             force[first:after] = 1.0
             continue
-        width = min(reach, len(part) - 1)
+        width = min(reach + 1, len(part) - 1)
         padded = np.pad(part, ((width, width), (0, 0)), mode="reflect", reflect_type="odd")
-        acceleration = gaussian_filter1d(padded, sigma, axis=0, order=2, mode="nearest", radius=reach) * fps**2
-        f = acceleration[width : width + len(part)]
+        # smoothing, then differences: sampled second derivatives of a Gaussian do not sum to 0, and see the position
+        smooth = gaussian_filter1d(padded, sigma, axis=0, mode="nearest", radius=reach)
+        f = np.diff(smooth, n=2, axis=0)[width - 1 : width - 1 + len(part)] * fps**2
         f[:, 2] += GRAVITY
         value = f[:, 2] if settings.component == "vertical" else np.linalg.norm(f, axis=1)
         force[first:after] = value / GRAVITY

@@ -151,7 +151,7 @@ def swapped_frames(roots: FloatArray, fps: float, seams: Sequence[int] = ()) -> 
     Both roots jump faster than `SWAP_SPEED`, while crossed over they move less than half as far.
 
     Args:
-        roots: (T, 2, 2) horizontal root positions of A and B [m].
+        roots: (T, 2, 2 or 3) root positions of A and B [m].
         fps: frames per second [1/s].
         seams: frames at which a new clip begins; nothing is compared across them.
 
