@@ -11,12 +11,12 @@ from simprep.motion.edit import mirror
 from simprep.motion.motion import Motion
 
 TURN = WalkStyle(
-    frames=64, step_length=0.12, step_width=0.18, stance_share=0.68, com_height=0.965, com_bounce=0.004, arm_swing_deg=4.0,
+    frames=64, step_length=0.04, step_width=0.18, stance_share=0.68, com_height=0.965, com_bounce=0.004, arm_swing_deg=4.0,
     foot_roll=0.2, turn_deg=60.0,
 )  # fmt: skip
-"""Steps round on a circle of 23 cm radius, 56 deg/s. A walk along a curve needs 1.6 m: its circles pass by a goal that is
+"""Steps round on a circle of 8 cm radius, 56 deg/s. A walk along a curve needs 1.6 m: its circles pass by a goal that is
 nearer than that, and within reach of 2 m the best policy then does not go to most goals."""
-OWN = ("turn_left", "turn_right")
+OWN = ("step_round_left", "step_round_right")
 """Core nodes made here; all others are motions of the library."""
 
 
@@ -34,7 +34,7 @@ def core_motions(settings: ControllerSettings) -> tuple[Motion, ...]:
 
 
 def core_motion(name: str) -> Motion:
-    """A core node by name: `turn_left`, `turn_right`, or a loop of the library.
+    """A core node by name: `step_round_left`, `step_round_right`, or a loop of the library.
 
     Raises:
         UnknownNameError: no such motion.
@@ -52,5 +52,5 @@ def core_motion(name: str) -> Motion:
 
 @cache
 def _turning(name: str) -> Motion:
-    left = walk(TURN, "turn_left")
-    return left if name == "turn_left" else replace(mirror(left), name=name, source=f"simprep core node: {name}")
+    left = walk(TURN, "step_round_left")
+    return left if name == "step_round_left" else replace(mirror(left), name=name, source=f"simprep core node: {name}")

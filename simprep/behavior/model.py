@@ -1,8 +1,9 @@
 """The quantised world the controller is trained in: where an action leads from a cell, and what it earns.
 
 The place within a cell is unknown, so an action leads to several cells: points spread evenly over the cell are moved by the
-action's measured displacement, and each is one equally likely outcome. Given the action, the cells of the goal and of the
-source of influence change independently.
+action's measured displacement, and each is one equally likely outcome. Where the cells of the goal and of the source of
+influence overlap, the two are taken for one point (the paper: they are usually identical); elsewhere they move independently.
+Without this, a character whose goal is the source of influence tries to walk round the latter.
 """
 
 from dataclasses import dataclass
@@ -37,6 +38,7 @@ ENTERED = 128
 """Added to an influence cell: the source of influence was reached by this action, alpha becomes 1."""
 GOAL_SAMPLES = (16, 16)
 INFLUENCE_SAMPLES = (8, 32)
+OUT_OF_RANGE = int(influence_cell(np.inf, 0.0))
 _STILL_M = 0.01  # an approach by less is standing still
 _CHECKS = 8  # instants of an action at which reaching is looked for
 
@@ -49,6 +51,8 @@ class QuantisedModel:
         goal_next: (node, before, after, goal cell, samples) next goal cell or `REACHED`.
         goal_reward: the same shape, weighted f_theta + f_d of each outcome.
         influence_next: (node, before, after, influence cell, samples) next influence cell, plus `ENTERED`.
+        shared_next: as `influence_next`, by goal cell: of a source of influence that is the goal.
+        shared: (goal cell, influence cell, 2) first and number of the goal cell's samples that lie in the influence cell.
         allowed: (node, before, after, influence cell) whether the action may be chosen.
         steadiness: (before, after) weighted f_alpha.
         successors: (node, node) whether the second may follow the first (Next(m) of Eq. 11).
@@ -58,31 +62,24 @@ class QuantisedModel:
     goal_next: NDArray[np.uint8]
     goal_reward: NDArray[np.float32]
     influence_next: NDArray[np.uint8]
+    shared_next: NDArray[np.uint8]
+    shared: NDArray[np.int64]
     allowed: NDArray[np.bool_]
     steadiness: Array
     successors: NDArray[np.bool_]
     rewards: RewardSettings
 
 
-def build_model(
-    table: DisplacementTable, settings: ControllerSettings, successors: NDArray[np.bool_] | None = None
-) -> QuantisedModel:
+def build_model(table: DisplacementTable, settings: ControllerSettings) -> QuantisedModel:
     """The quantised model of a displacement table.
 
     Args:
         table: measured displacements.
-        settings: rewards and safety distance.
-        successors: (4, 4) which core node may follow which; None for all. Every node must have a successor that stays
-            allowed near the source of influence.
+        settings: successors of each core node, rewards and safety distance.
 
     Raises:
-        SettingError: successors of another shape, or a state without an allowed action.
+        SettingError: a state without an allowed action.
     """
-    follows = (
-        np.ones((CORE_NODES, CORE_NODES), dtype=bool) if successors is None else np.asarray(successors, dtype=bool)
-    )
-    if follows.shape != (CORE_NODES, CORE_NODES):
-        raise SettingError(f"successors have shape {follows.shape}; valid: ({CORE_NODES}, {CORE_NODES})")
     rewards = settings.rewards
     goals = cell_samples(GOAL_ANGLES, *GOAL_SAMPLES)
     influences = cell_samples(INFLUENCE_ANGLES, *INFLUENCE_SAMPLES)
@@ -90,16 +87,28 @@ def build_model(
     goal_next = np.zeros((*shape, *goals.shape[:2]), dtype=np.uint8)
     goal_reward = np.zeros((*shape, *goals.shape[:2]), dtype=np.float32)
     influence_next = np.zeros((*shape, *influences.shape[:2]), dtype=np.uint8)
+    shared_next = np.zeros((*shape, *goals.shape[:2]), dtype=np.uint8)
     allowed = np.zeros((*shape, INFLUENCE_CELLS), dtype=bool)
     for node, before, after in measured(table):
         path = table.path[node, before, after]
         move = (node, before, after)
         goal_next[move], goal_reward[move] = goal_outcomes(goals, path, rewards)
         influence_next[move], nearest = influence_outcomes(influences, path)
-        allowed[move] = allowed_moves(before, influences, nearest, settings.safety_m)
+        shared_next[move], _ = influence_outcomes(goals, path)
+        allowed[move] = allowed_moves(before, after, influences, nearest, settings.safety_m)
     level = np.arange(ALPHA_LEVELS) * ALPHA_STEP
     steadiness = rewards.steadiness * (1 - np.abs(level[:, None] - level) ** rewards.power)
-    model = QuantisedModel(goal_next, goal_reward, influence_next, allowed, steadiness, follows, rewards)
+    model = QuantisedModel(
+        goal_next=goal_next,
+        goal_reward=goal_reward,
+        influence_next=influence_next,
+        shared_next=shared_next,
+        shared=shared_samples(goals),
+        allowed=allowed,
+        steadiness=steadiness,
+        successors=settings.successors(),
+        rewards=rewards,
+    )
     stuck = np.argwhere(~choices(model).any(axis=3))
     if len(stuck):
         before, node, cell = stuck[0]
@@ -119,6 +128,26 @@ def choices(model: QuantisedModel) -> NDArray[np.bool_]:
     """Which actions may be chosen: (level before, node before, influence cell, actions); an action is node * 6 + level."""
     by_state = np.einsum("pm,mabi->apimb", model.successors, model.allowed)
     return np.asarray(by_state.reshape(ALPHA_LEVELS, CORE_NODES, INFLUENCE_CELLS, CORE_NODES * ALPHA_LEVELS))
+
+
+def shared_samples(goals: Array) -> NDArray[np.int64]:
+    """Which samples of a goal cell lie in an influence cell.
+
+    None do in the cell that also means "out of range".
+
+    Args:
+        goals: (40, samples, 2) from `cell_samples`, in order of angle.
+
+    Returns:
+        (40, 20, 2) first sample and how many.
+    """
+    shared = np.zeros((len(goals), INFLUENCE_CELLS, 2), dtype=np.int64)
+    for cell, inside in enumerate(influence_cell(*polar(goals))):
+        for other in np.unique(inside):
+            if other != OUT_OF_RANGE:
+                samples = np.flatnonzero(inside == other)
+                shared[cell, other] = samples[0], len(samples)
+    return shared
 
 
 def seen_from(points: Array, path: Array) -> Array:
@@ -180,15 +209,16 @@ def influence_outcomes(points: Array, path: Array) -> tuple[NDArray[np.uint8], A
     return (influence_cell(distance[-1], angle[-1]) + ENTERED * entered).astype(np.uint8), nearest
 
 
-def allowed_moves(before: int, points: Array, nearest: Array, safety: float) -> NDArray[np.bool_]:
+def allowed_moves(before: int, after: int, points: Array, nearest: Array, safety: float) -> NDArray[np.bool_]:
     """Influence cells in which an action may be chosen.
 
     Reaching the source of influence forces alpha to 1. So that this is never a jump of more than one level, an action that might
-    reach it is left out below a level of 0.8: the character prepares before it takes the last step. The paper lets the cost of
-    the jump discourage it; a discouraged jump still happens.
+    reach it is left out unless it begins and ends at a level of 0.8 or more: the character prepares before it takes the last
+    step. The paper lets the cost of the jump discourage it; a discouraged jump still happens.
 
     Args:
         before: level before the action.
+        after: level commanded.
         points: (cells, samples, 2).
         nearest: (cells, samples) least distance on the way [m].
         safety: distance beyond reach that counts as reaching, for the places between the samples [m].
@@ -198,7 +228,7 @@ def allowed_moves(before: int, points: Array, nearest: Array, safety: float) -> 
     """
     distance = polar(points)[0]
     reaches = (nearest < REACH_M + safety) & (distance >= REACH_M) & (nearest < distance - _STILL_M)
-    return np.asarray(~reaches.any(axis=1) | (before >= AT_INFLUENCE - 1))
+    return np.asarray(~reaches.any(axis=1) | (min(before, after) >= AT_INFLUENCE - 1))
 
 
 def _checked(path: Array) -> Array:

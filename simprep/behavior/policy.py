@@ -133,7 +133,7 @@ def load_policy(path: str | Path) -> Policy:
 def settings_to_json(settings: ControllerSettings) -> dict[str, Any]:
     """The settings in JSON's types."""
     content = asdict(settings)
-    return {**content, "cores": list(settings.cores)}
+    return {**content, "cores": list(settings.cores), "barred": [list(pair) for pair in settings.barred]}
 
 
 def settings_from_json(content: Mapping[str, Any]) -> ControllerSettings:
@@ -146,6 +146,7 @@ def settings_from_json(content: Mapping[str, Any]) -> ControllerSettings:
     """
     nested = {
         "cores": tuple(content["cores"]),
+        "barred": tuple((first, second) for first, second in content["barred"]),
         "rewards": RewardSettings(**content["rewards"]),
         "preparation": PreparationSettings(**content["preparation"]),
     }

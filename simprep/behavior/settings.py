@@ -2,6 +2,9 @@
 
 from dataclasses import dataclass, field
 
+import numpy as np
+from numpy.typing import NDArray
+
 from simprep.behavior.spaces import CORE_NODES
 from simprep.errors import SettingError
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -59,6 +62,8 @@ class ControllerSettings:
         cores: names of the 4 core nodes, cyclic motions. Default: walking, stepping round to either side, standing.
             The observation is relative to the heading, so with turning every direction becomes forward; with stepping sideways
             instead, a goal behind can never be faced.
+        barred: pairs of core nodes of which the second may not follow the first; Next(m) of Eq. 11 are all others. Default:
+            turning one way is not followed at once by turning the other way.
         action_s: duration of an action [s]. Default: the time of one step of `walk`, 32 frames at 60 frames/s.
         smoothing: standard deviation of the Gaussian over alpha at run time [s]. It is cut off at 3 standard deviations
             and delayed by as much, so it needs no future and settles within 0.48 s, less than an action.
@@ -71,7 +76,11 @@ class ControllerSettings:
         SettingError: not 4 core nodes, or a time that is not positive.
     """
 
-    cores: tuple[str, ...] = ("walk", "turn_left", "turn_right", "stand")
+    cores: tuple[str, ...] = ("walk", "step_round_left", "step_round_right", "stand")
+    barred: tuple[tuple[str, str], ...] = (
+        ("step_round_left", "step_round_right"),
+        ("step_round_right", "step_round_left"),
+    )
     action_s: float = 32 / 60
     smoothing: float = 0.08
     safety_m: float = 0.03
@@ -81,9 +90,63 @@ class ControllerSettings:
     def __post_init__(self) -> None:
         if len(self.cores) != CORE_NODES or len(set(self.cores)) != CORE_NODES:
             raise SettingError(f"core nodes {', '.join(self.cores)}; valid: {CORE_NODES} different motions")
+        for pair in self.barred:
+            if len(pair) != 2:
+                raise SettingError(f"barred {pair!r}; valid: pairs of core nodes")
         if not 0.1 <= self.action_s <= 5:
             raise SettingError(f"action_s {self.action_s}; valid: 0.1 to 5 s")
         if not 0 < 6 * self.smoothing <= self.action_s:
             raise SettingError(f"smoothing {self.smoothing} s; valid: above 0, at most a sixth of action_s")
         if not self.safety_m >= 0:
             raise SettingError(f"safety_m {self.safety_m}; valid: 0 or more")
+
+    def successors(self) -> NDArray[np.bool_]:
+        """(4, 4) whether the second core node may follow the first."""
+        barred = {tuple(pair) for pair in self.barred}
+        return np.array([[(first, second) not in barred for second in self.cores] for first in self.cores])
+
+
+@dataclass(frozen=True)
+class LearningSettings:
+    """How SARSA runs (paper, sections 6.3 and 6.4).
+
+    Attributes:
+        steps: most training steps (paper: about 20 million).
+        seed: of the random numbers.
+        rate: learning rate of the first update of an action value (paper: 0.7, for every update).
+        rate_decay: number of updates after which the rate has halved: rate / (1 + updates / rate_decay). Where an action leads to
+            one of several cells, as it does here, a constant rate of 0.7 never settles. 0 for the paper's constant rate.
+        explore: epsilon, the share of random actions (paper: 0.1).
+        longest: actions after which an episode is given up and another begins.
+        tolerance: change of a state's value that counts as an update for the stop rule, as a share of the largest return.
+        stop_share: training stops when fewer than this share of the states had a value updated in a round (paper: 2 % in an
+            episode). An episode of ours visits a handful of states, so the rule would stop it at once: a round is a million steps.
+            0 never stops early.
+
+    Raises:
+        SettingError: a value outside its range.
+    """
+
+    steps: int = 20_000_000
+    seed: int = 0
+    rate: float = 0.7
+    rate_decay: float = 20.0
+    explore: float = 0.1
+    longest: int = 30
+    tolerance: float = 0.001
+    stop_share: float = 0.02
+
+    def __post_init__(self) -> None:
+        for name in ("steps", "longest"):
+            if getattr(self, name) < 1:
+                raise SettingError(f"{name} {getattr(self, name)}; valid: 1 or more")
+        if self.seed < 0:
+            raise SettingError(f"seed {self.seed}; valid: 0 or more")
+        if not 0 < self.rate <= 1:
+            raise SettingError(f"rate {self.rate}; valid: above 0, at most 1")
+        for name in ("rate_decay", "tolerance"):
+            if not getattr(self, name) >= 0:
+                raise SettingError(f"{name} {getattr(self, name)}; valid: 0 or more")
+        for name in ("explore", "stop_share"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise SettingError(f"{name} {getattr(self, name)}; valid: 0 to 1")

@@ -23,8 +23,9 @@ ACTIONS = CORE_NODES * ALPHA_LEVELS
 
 REACH_M = DISTANCE_STEP_M
 """Nearer than this, the goal or the source of influence is reached: the first distance cell."""
-RANGE_M = DISTANCES * DISTANCE_STEP_M
-"""A source of influence at this distance or beyond has no influence (yet)."""
+RANGE_M = 2.6
+"""A source of influence at this distance or beyond has no influence yet. It is where the last ring of 40 cm would end (2 m), and
+one step of a walk more: else a walking character would jump over that ring and see what it approaches at 1.4 m only."""
 AT_INFLUENCE = ALPHA_LEVELS - 1
 """The level forced on reaching the source of influence: 1.0."""
 
@@ -121,7 +122,7 @@ def goal_cell(distance: ArrayLike, angle: ArrayLike) -> Cells:
 def influence_cell(distance: ArrayLike, angle: ArrayLike) -> Cells:
     """Cell of the source of influence: 5 rings of 40 cm times 4 sectors of 90 deg, the first straight ahead.
 
-    A source out of range (2 m or more) counts as behind, in the last ring: nothing to prepare for. Otherwise one that
+    A source out of range (2.6 m or more) counts as behind, in the last ring: nothing to prepare for. Otherwise one that
     lies 10 m ahead could not be told from one at 1.9 m, and the character would raise its arms and slow down there.
 
     Args:
@@ -168,7 +169,7 @@ def decode(state: ArrayLike) -> tuple[Cells, Cells, Cells, Cells]:
 def cell_samples(sectors: int, radial: int, angular: int) -> Array:
     """Points spread evenly over every cell in distance and angle: a grid of midpoints.
 
-    The last ring is sampled over 40 cm like the others, 1.6 to 2 m.
+    The last ring, which has no end, is sampled up to `RANGE_M`.
 
     Args:
         sectors: 8 for the goal, 4 for the source of influence.
@@ -176,12 +177,13 @@ def cell_samples(sectors: int, radial: int, angular: int) -> Array:
         angular: points in angle per cell.
 
     Returns:
-        (5 * sectors, radial * angular, 2) forward and left of the character [m].
+        (5 * sectors, angular * radial, 2) forward and left of the character [m]; the distance varies fastest.
     """
-    ring, sector, i, j = np.meshgrid(
-        np.arange(DISTANCES), np.arange(sectors), np.arange(radial), np.arange(angular), indexing="ij"
+    ring, sector, j, i = np.meshgrid(
+        np.arange(DISTANCES), np.arange(sectors), np.arange(angular), np.arange(radial), indexing="ij"
     )
-    distance = (ring + (i + 0.5) / radial) * DISTANCE_STEP_M
+    edges = np.append(np.arange(DISTANCES) * DISTANCE_STEP_M, RANGE_M)
+    distance = edges[ring] + (i + 0.5) / radial * np.diff(edges)[ring]
     angle = (sector - 0.5 + (j + 0.5) / angular) * 2 * np.pi / sectors
     points = np.stack([distance * np.cos(angle), distance * np.sin(angle)], axis=-1)
     return points.reshape(DISTANCES * sectors, radial * angular, 2)

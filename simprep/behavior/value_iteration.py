@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import sparse
 
 from simprep.behavior.model import ENTERED, REACHED, QuantisedModel, choices
 from simprep.behavior.spaces import (
@@ -15,6 +16,8 @@ from simprep.behavior.spaces import (
     GOAL_ANGLES,
     GOAL_CELLS,
     INFLUENCE_CELLS,
+    STATES,
+    state_index,
 )
 
 Array = NDArray[np.float64]
@@ -33,6 +36,8 @@ class Backup:
         reached: (M, 40) probability of reaching the goal.
         influence: (M, 20, 20) probability of the next influence cell without reaching the source of influence.
         entered: (M, 20, 20) the same with reaching it.
+        pairs: (P, 2) goal and influence cells whose points are taken for one.
+        together: (M * P, 19200 + 1) probability of the next state from there; the last column is reaching the goal.
         reward: (M, 40, 20) expected reward.
         choices: (level, node, influence cell, action) which actions may be chosen.
         discount: gamma.
@@ -44,6 +49,8 @@ class Backup:
     reached: Array
     influence: Array
     entered: Array
+    pairs: NDArray[np.int64]
+    together: sparse.csr_array
     reward: Array
     choices: NDArray[np.bool_]
     discount: float
@@ -63,7 +70,10 @@ class Backup:
         node, _, after = self.moves.T
         onward = values[after, node] @ self.influence.transpose(0, 2, 1)
         onward += values[AT_INFLUENCE, node] @ self.entered.transpose(0, 2, 1)
-        return np.asarray(discount * (self.reached[:, :, None] * arrival + self.goal @ onward))
+        expected = self.reached[:, :, None] * arrival + self.goal @ onward
+        joint = self.together @ np.append(values.ravel(), arrival)
+        expected[:, self.pairs[:, 0], self.pairs[:, 1]] = joint.reshape(len(self.moves), -1)
+        return np.asarray(discount * expected)
 
 
 def backup(model: QuantisedModel) -> Backup:
@@ -77,7 +87,11 @@ def backup(model: QuantisedModel) -> Backup:
     steady = (1 - entering) * model.steadiness[before, after][:, None]
     steady += entering * model.steadiness[before, AT_INFLUENCE][:, None]
     reward = model.goal_reward[node, before, after].mean(axis=-1, dtype=np.float64)[:, :, None] + steady[:, None, :]
+    pairs = np.argwhere(model.shared[..., 1] > 0)
+    together = sparse.vstack([_joint(model, move, pairs, reward[number]) for number, move in enumerate(moves)])
     return Backup(
+        pairs=pairs,
+        together=sparse.csr_array(together),
         moves=moves,
         goal=goal[..., :GOAL_CELLS],
         reached=goal[..., REACHED],
@@ -88,6 +102,25 @@ def backup(model: QuantisedModel) -> Backup:
         discount=model.rewards.discount,
         arrival=model.rewards.arrival_value,
     )
+
+
+def _joint(model: QuantisedModel, move: NDArray[np.int64], pairs: NDArray[np.int64], reward: Array) -> sparse.csr_array:
+    """(P, 19201) probabilities of the next state where goal and source of influence are one; puts in the reward there."""
+    node, before, after = (int(number) for number in move)
+    table = np.zeros((len(pairs), STATES + 1))
+    for row, (goal, influence) in enumerate(pairs):
+        first, count = model.shared[goal, influence]
+        samples = slice(first, first + count)
+        next_goal = model.goal_next[node, before, after, goal, samples].astype(np.int64)
+        next_influence = model.shared_next[node, before, after, goal, samples].astype(np.int64)
+        enters = next_influence >= ENTERED
+        level = np.where(enters, AT_INFLUENCE, after)
+        ends = next_goal == REACHED
+        state = state_index(level, node, np.where(ends, 0, next_goal), next_influence % ENTERED)
+        np.add.at(table[row], np.where(ends, STATES, state), 1 / count)
+        earned = model.goal_reward[node, before, after, goal, samples] + model.steadiness[before, level]
+        reward[goal, influence] = earned.mean(dtype=np.float64)
+    return sparse.csr_array(table)
 
 
 def by_action(exact: Backup, by_move: Array) -> Array:
