@@ -30,7 +30,7 @@ from simprep.library.target import (
 )
 from simprep.motion.motion import Motion
 
-READY_S, TARGET_S, DOWN_S = 0.70, 0.90, 1.65
+READY_S, TARGET_S = 0.70, 0.90
 UPRIGHT_M, READY_M = 0.985, 0.952
 
 
@@ -46,6 +46,13 @@ class CrawlStyle:
         step_width: between the ankles [m].
         clearance: height of the ankle's rise in a step [m].
         com_height: in the crouch [m].
+        pitch_deg: forward pitch of the pelvis in the crouch [deg].
+        lumbar_deg: bend of the lower trunk in the crouch [deg].
+        thorax_deg: bend of the upper trunk in the crouch [deg].
+        neck_deg: extension of the neck that keeps the eyes ahead [deg].
+        down_s: from the ready posture to the crouch [s].
+        up_s: from the crouch to standing [s].
+        sway_deg: turn of the pelvis with each step [deg].
     """
 
     steps: int = 7
@@ -55,40 +62,53 @@ class CrawlStyle:
     step_width: float = 0.24
     clearance: float = 0.07
     com_height: float = 0.66
+    pitch_deg: float = 50.0
+    lumbar_deg: float = 25.0
+    thorax_deg: float = 18.0
+    neck_deg: float = 42.0
+    down_s: float = 0.75
+    up_s: float = 0.85
+    sway_deg: float = 5.0
 
 
-def crawl(style: CrawlStyle | None = None) -> Motion:
+def crawl(style: CrawlStyle | None = None, name: str = "crawl") -> Motion:
     """A crawl under a bar along x, right foot first.
 
     Args:
         style: its parameters.
+        name: of the motion.
     """
     style = style or CrawlStyle()
-    lifts = [DOWN_S - 0.05 + style.step_time * number for number in range(style.steps)]
+    bottom = TARGET_S + style.down_s
+    lifts = [bottom - 0.05 + style.step_time * number for number in range(style.steps)]
     up = lifts[-1] + style.swing_time + 0.05
-    stand = up + 0.85
+    stand = up + style.up_s
     end = stand + 0.45
     stances = _stances(lifts, end, style)
     feet = (_foot("left", stances["left"], style), _foot("right", stances["right"], style))
     ready = {"lumbar_flexion": 14, "thorax_flexion": 12, "neck_flexion": -22}
-    low = {"lumbar_flexion": 25, "thorax_flexion": 18, "neck_flexion": -42, "head_flexion": -14}
+    low = {
+        "lumbar_flexion": style.lumbar_deg, "thorax_flexion": style.thorax_deg, "neck_flexion": -style.neck_deg,
+        "head_flexion": -14,
+    }  # fmt: skip
     return build_target(
         Target(
-            name="crawl",
+            name=name,
             duration=end,
             feet=feet,
             pressure=_pressure(lifts, stances, end, style),
             com_height=curve(
-                (0.1, UPRIGHT_M), (READY_S, READY_M), (TARGET_S, READY_M), (DOWN_S, style.com_height), (up, style.com_height),
+                (0.1, UPRIGHT_M), (READY_S, READY_M), (TARGET_S, READY_M), (bottom, style.com_height), (up, style.com_height),
                 (stand, UPRIGHT_M),
             ),
             trunk=[
-                (0.1, UPRIGHT), (READY_S, ready), (TARGET_S, ready), (DOWN_S, low), (up, low), (stand, UPRIGHT),
+                (0.1, UPRIGHT), (READY_S, ready), (TARGET_S, ready), (bottom, low), (up, low), (stand, UPRIGHT),
             ],
-            pitch=degrees_curve((0.1, 0), (READY_S, 14), (TARGET_S, 14), (DOWN_S, 50), (up, 50), (stand, 0)),
-            yaw=_sway(lifts, up, 5.0),
+            pitch=degrees_curve((0.1, 0), (READY_S, 14), (TARGET_S, 14), (bottom, style.pitch_deg),
+                (up, style.pitch_deg), (stand, 0)),
+            yaw=_sway(lifts, up, style.sway_deg),
             arms=(_arm(0, lifts, up, stand), _arm(1, lifts, up, stand)),
-            events={"target": TARGET_S, "low": DOWN_S, "rise": up},
+            events={"target": TARGET_S, "low": bottom, "rise": up},
         )
     )  # fmt: skip
 
@@ -151,4 +171,21 @@ def _arm(late: int, lifts: list[float], up: float, stand: float) -> tuple[ArmKey
     return arm_keys((0.1, HANGING), (READY_S, ready), (TARGET_S, ready), *swings, (stand, HANGING))
 
 
-ENTRIES = (Entry("crawl", "crawl", "walks under something low, deeply crouched", crawl),)
+LOW = CrawlStyle(
+    steps=9, step_length=0.13, step_time=0.52, swing_time=0.34, step_width=0.27, com_height=0.59, pitch_deg=51.0,
+    lumbar_deg=40.0, thorax_deg=28.0, neck_deg=47.0, down_s=0.95, up_s=1.05, sway_deg=4.0,
+)  # fmt: skip
+
+
+def _entry(name: str, summary: str, style: CrawlStyle) -> Entry:
+    parameters: dict[str, float | str] = {
+        "com_height_m": style.com_height,
+        "distance_m": round(style.step_length * (style.steps - 1), 3),
+    }
+    return Entry(name, "crawl", summary, lambda: crawl(style, name), parameters)
+
+
+ENTRIES = (
+    _entry("crawl", "walks under something low, deeply crouched", CrawlStyle()),
+    _entry("crawl_low", "walks under something lower still, trunk level", LOW),
+)
