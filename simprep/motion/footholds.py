@@ -195,7 +195,7 @@ def _still_parts(stance: _Stance, fps: float, settings: FootholdSettings) -> lis
             if leaves:
                 if frame - begin >= settings.shortest * fps:
                     out.append((begin, frame))
-                begin = frame + max(2, round(0.07 * fps))
+                begin = min(frame + max(2, round(0.07 * fps)), after - 1)
     return out if out else [(0, n)]
 
 

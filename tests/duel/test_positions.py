@@ -105,3 +105,12 @@ def test_depth_camera_pairs_come_in(data_dir, tmp_path):
     assert pair.stream.fps == 30
     assert np.abs(root_distance(pair.stream)[::2] - wanted).mean() < 0.03
     assert all(report.residual_mm < 25 for report in pair.imports)
+
+
+def test_a_foot_that_creeps_until_the_end_of_the_recording_comes_in(data_dir, tmp_path):
+    path = data_dir / "pairs" / "sbu_pairs.npz"
+    if not path.is_file():
+        pytest.skip(f"no {path}")
+    with np.load(path) as archive:
+        clip, names = archive["positions"][126, : archive["length"][126]], archive["joint_names"]
+    assert len(import_pair(write(tmp_path / "sbu.npz", clip, names, 15.0)).stream) == 2 * len(clip) - 1
