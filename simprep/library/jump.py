@@ -186,8 +186,8 @@ FORWARD = JumpStyle(
     lean_deg=10.0, land_pitch_deg=6.0, back=0.05, dip_lean_deg=12.0, heel_rise_s=0.36, absorb_s=0.24, land_lean_deg=8.0,
 )  # fmt: skip
 FAR = JumpStyle(
-    rise=0.32, take_off_height=0.99, landing_height=0.84, dip_height=0.72, landing_dip=0.63, tuck=0.08, distance=1.2,
-    lean_deg=15.0, land_pitch_deg=4.0, back=0.08, dip_lean_deg=24.0, heel_rise_s=0.40, absorb_s=0.26, land_lean_deg=14.0,
+    rise=0.32, take_off_height=0.972, landing_height=0.84, dip_height=0.703, landing_dip=0.62, tuck=0.026, distance=1.2,
+    lean_deg=11.6, land_pitch_deg=3.4, back=0.06, dip_lean_deg=29.9, heel_rise_s=0.417, absorb_s=0.264, land_lean_deg=-3.6,
 )  # fmt: skip
 OVER_LOW = JumpStyle(
     rise=0.28, take_off_height=1.01, landing_height=0.92, dip_height=0.77, landing_dip=0.72, tuck=0.10, distance=0.85,
@@ -195,9 +195,9 @@ OVER_LOW = JumpStyle(
     heel_rise_s=0.36, absorb_s=0.25, land_lean_deg=8.0,
 )  # fmt: skip
 OVER_HIGH = JumpStyle(
-    rise=0.40, take_off_height=1.01, landing_height=0.92, dip_height=0.72, landing_dip=0.68, tuck=0.12, distance=0.98,
-    obstacle=0.40, obstacle_ahead=0.60, lean_deg=12.0, land_pitch_deg=-12.0, back=0.05, dip_lean_deg=22.0,
-    heel_rise_s=0.38, absorb_s=0.27, land_lean_deg=18.0,
+    rise=0.404, take_off_height=0.98, landing_height=0.937, dip_height=0.704, landing_dip=0.652, tuck=0.143, distance=0.98,
+    obstacle=0.40, obstacle_ahead=0.60, lean_deg=10.1, land_pitch_deg=-15.9, back=0.045, dip_lean_deg=25.7,
+    heel_rise_s=0.389, absorb_s=0.292, land_lean_deg=15.2,
 )  # fmt: skip
 
 
