@@ -121,8 +121,8 @@ def roll_out(
     history = np.repeat(level[:, None] * ALPHA_STEP, len(kernel) - 1, axis=1)
     active, reached, met = (np.full(count, flag) for flag in (True, False, False))
     time, at_influence, crossing = (np.full(count, np.nan) for _ in range(3))
-    jump: Array = np.zeros(count)
-    extremes = np.column_stack([level, level]) * ALPHA_STEP
+    jump = np.zeros(count)
+    extremes = np.array(np.column_stack([level, level]) * ALPHA_STEP, dtype=np.float64)
     for number in range(actions):
         goal_distance, goal_angle = polar(relative(starts.goal, place, heading))
         distance, angle = polar(relative(starts.influence, place, heading))
@@ -150,7 +150,7 @@ def roll_out(
         met |= meets
         change = np.abs(after - level)
         change = np.where(forced, np.maximum(change, AT_INFLUENCE - after), change)
-        jump = np.where(active, np.maximum(jump, np.asarray(change * ALPHA_STEP, dtype=np.float64)), jump)
+        jump = np.where(active, np.maximum(jump, change * ALPHA_STEP), jump)
         final = np.where(forced, AT_INFLUENCE, after)
         extremes[active, 0] = np.minimum(extremes[active, 0], np.minimum(after, final)[active] * ALPHA_STEP)
         extremes[active, 1] = np.maximum(extremes[active, 1], final[active] * ALPHA_STEP)
@@ -161,8 +161,7 @@ def roll_out(
         place = np.where(active[:, None], way[:, -1], place)
         heading = np.where(active, heading + path[:, -1, 2], heading)
         level, node = np.where(active, final, level), np.where(active, chosen, node)
-        history = signal[:, frames:] if frames >= len(kernel) - 1 else signal[:, -(len(kernel) - 1) :]
-        history = history[:, -(len(kernel) - 1) :]
+        history = signal[:, -(len(kernel) - 1) :]
         active &= ~arrives
         if not active.any():
             break

@@ -90,8 +90,8 @@ def start(table: DisplacementTable, settings: ControllerSettings, learning: Lear
 
 def run(
     training: Training,
-    progress: Callable[[int], None] = lambda steps: None,
-    checkpoint: Callable[[Training], None] = lambda training: None,
+    progress: Callable[[int], object] = lambda steps: None,
+    checkpoint: Callable[[Training], object] = lambda training: None,
 ) -> Policy:
     """Train until all steps are done or the stop rule holds.
 
@@ -253,3 +253,8 @@ def problem_key(table: DisplacementTable, settings: ControllerSettings) -> str:
     digest.update(np.round(table.path, 6).tobytes())
     digest.update(settings.successors().tobytes())
     return digest.hexdigest()[:16]
+
+
+def learning_key(learning: LearningSettings) -> str:
+    """Hash of how a policy was learned, 8 hexadecimal digits."""
+    return hashlib.sha256(json.dumps(asdict(learning), sort_keys=True).encode()).hexdigest()[:8]
