@@ -10,6 +10,7 @@ from simprep.humanoid import BODIES, FEET, GRAVITY, SIDES, Body, humanoid_model
 from simprep.motion.contacts import contacts_of_points, stances
 from simprep.motion.footholds import FootPoses, place_feet, sole_points
 from simprep.motion.retarget import RetargetSettings, residual_mm, solve
+from simprep.motion.set_down import set_down
 from simprep.motion.targets import ORIENTED, Targets, unit
 
 KNEES = (BODIES.index("left_shank"), BODIES.index("right_shank"))
@@ -21,6 +22,8 @@ LIMB_RADIUS = 0.045
 UNEVEN = 0.08
 """Footholds whose heights range over more than this do not stand on one level floor [m]."""
 PREROLL_S = 0.25
+HOVERING = 0.01
+"""Being set down by more than this is worth a warning [m]."""
 
 
 @dataclass(frozen=True)
@@ -68,6 +71,10 @@ def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | No
         qpos[:, :3] -= targets.step
     else:
         qpos = solve(whole, contacts, body, settings)
+    lowered = set_down(qpos, targets.fps, body, cyclic)
+    if lowered.max(initial=0.0) > HOVERING:
+        warnings.append(f"the body hovered over the floor by up to {lowered.max():.2f} m without falling: set down")
+    qpos[:, 2] -= lowered
     return Placed(qpos, contacts, residual_mm(qpos, targets, body), tuple(warnings))
 
 

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.humanoid import DEFAULT_BODY, FOOT_GEOMS, SIDES, Body, humanoid_model
+from simprep.motion.rotations import rotation_matrix
 
 
 @dataclass(frozen=True)
@@ -68,3 +69,30 @@ def forward_kinematics(qpos: NDArray[np.float64], body: Body = DEFAULT_BODY) -> 
     mass = model.body_mass[1:]
     geoms[..., 2] -= model.geom_size[feet, 0]
     return Kinematics(xpos, xquat, xipos, np.einsum("b,tbi->ti", mass, xipos) / mass.sum(), geoms)
+
+
+def body_clearance(qpos: NDArray[np.float64], body: Body = DEFAULT_BODY) -> NDArray[np.float64]:
+    """Height of the lowest point of each body's geoms above z = 0.
+
+    Args:
+        qpos: (T, 44) poses.
+        body: the humanoid.
+
+    Returns:
+        (T, 17) [m]; negative in the floor.
+    """
+    model = humanoid_model(body)
+    kinematics = forward_kinematics(qpos, body)
+    clearance = np.full((len(qpos), 17), np.inf)
+    rotation = rotation_matrix(kinematics.xquat)[..., 2, :]  # (T, 17, 3) third row of each rotation matrix
+    for geom in range(model.ngeom):
+        if model.geom_contype[geom] == 0:
+            continue
+        part = model.geom_bodyid[geom] - 1
+        row = rotation[:, part]
+        centre = kinematics.xpos[:, part, 2] + row @ model.geom_pos[geom]
+        axis = rotation_matrix(model.geom_quat[geom])[:, 2]
+        half = model.geom_size[geom, 1]  # 0 for spheres: the humanoid has spheres and capsules only
+        low = centre - np.abs(row @ axis) * half - model.geom_size[geom, 0]
+        clearance[:, part] = np.minimum(clearance[:, part], low)
+    return clearance

@@ -6,14 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
-from scipy.spatial.transform import Rotation
 
 from simprep.errors import MotionError
-from simprep.humanoid import humanoid_model
 from simprep.motion.edit import resample, sample
-from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.kinematics import Kinematics, body_clearance, forward_kinematics
 from simprep.motion.motion import Motion, differentiate
-from simprep.motion.rotations import rotation_matrix
 
 
 @dataclass(frozen=True)
@@ -75,7 +72,7 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
     qpos = sample(plain, np.arange(steps + 1, dtype=np.float64) * timestep)
     if settings.smoothing > 0:
         qpos = _smooth(qpos, settings.smoothing * fps)
-    clearance = body_clearance(qpos, motion)
+    clearance = body_clearance(qpos, motion.body)
     lift = np.zeros(len(qpos))
     if settings.lift:
         lift = _lift_offset(-clearance.min(axis=1), settings.lift_smoothing * fps)
@@ -93,33 +90,6 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
         clearance=clearance,
         processing={**asdict(settings), "largest_lift_m": float(lift.max()), "start": "exactly on the reference"},
     )
-
-
-def body_clearance(qpos: NDArray[np.float64], motion: Motion) -> NDArray[np.float64]:
-    """Height of the lowest point of each body's geoms above z = 0.
-
-    Args:
-        qpos: (T, 44).
-        motion: whose body it is.
-
-    Returns:
-        (T, 17) [m]; negative in the floor.
-    """
-    model = humanoid_model(motion.body)
-    kinematics = forward_kinematics(qpos, motion.body)
-    clearance = np.full((len(qpos), 17), np.inf)
-    rotation = rotation_matrix(kinematics.xquat)[..., 2, :]  # (T, 17, 3) third row of each rotation matrix
-    for geom in range(model.ngeom):
-        if model.geom_contype[geom] == 0:
-            continue
-        body = model.geom_bodyid[geom] - 1
-        row = rotation[:, body]
-        centre = kinematics.xpos[:, body, 2] + row @ model.geom_pos[geom]
-        axis = _quat_matrix(model.geom_quat[geom])[:, 2]
-        half = model.geom_size[geom, 1]  # 0 for spheres: the humanoid has spheres and capsules only
-        low = centre - np.abs(row @ axis) * half - model.geom_size[geom, 0]
-        clearance[:, body] = np.minimum(clearance[:, body], low)
-    return clearance
 
 
 def _smooth(qpos: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
@@ -144,7 +114,3 @@ def _lift_offset(depth: NDArray[np.float64], sigma: float) -> NDArray[np.float64
     width = 2 * int(2 * sigma) + 1
     envelope = maximum_filter1d(needed, width, mode="nearest")
     return np.maximum(gaussian_filter1d(envelope, sigma, mode="nearest"), needed)
-
-
-def _quat_matrix(quat: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(Rotation.from_quat(quat, scalar_first=True).as_matrix())

@@ -9,10 +9,10 @@ from simprep.errors import MotionError, SettingError, UnknownNameError
 from simprep.humanoid import DEFAULT_BODY, hinge_index, standing_qpos
 from simprep.library import library_motion
 from simprep.motion.edit import cut, repeat
-from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.kinematics import body_clearance, forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.physics.mpc import MpcSettings
-from simprep.physics.reference import ReferenceSettings, body_clearance, make_reference
+from simprep.physics.reference import ReferenceSettings, make_reference
 from simprep.physics.run import Run
 from simprep.physics.track import Push, TrackSettings, track
 from simprep.scene import Obstacle, SceneSettings, build_scene
@@ -119,9 +119,9 @@ def test_reference_is_lifted_out_of_the_floor_and_recorded() -> None:
     motion = standing(1.0, height=-0.05)
     reference = make_reference(motion, 1 / 240)
     assert reference.processing["largest_lift_m"] == pytest.approx(0.05, abs=1e-6)
-    assert body_clearance(reference.qpos, motion).min() > -1e-9
+    assert body_clearance(reference.qpos).min() > -1e-9
     unlifted = make_reference(motion, 1 / 240, ReferenceSettings(lift=False))
-    assert body_clearance(unlifted.qpos, motion).min() == pytest.approx(-0.05, abs=1e-6)
+    assert body_clearance(unlifted.qpos).min() == pytest.approx(-0.05, abs=1e-6)
     with pytest.raises(MotionError, match="needs at least 2"):
         make_reference(cut(motion, 0, 1), 1 / 240)
 
