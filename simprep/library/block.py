@@ -11,7 +11,7 @@ from simprep.library.entry import Entry, mirrored
 from simprep.library.target import ArmPose
 from simprep.motion.motion import Motion
 
-HIGH: ArmPose = linked((0.75, 0.35, 0.05), (-0.50, -0.15, 0.85), 20.0)
+HIGH: ArmPose = linked((0.70, 0.35, 0.10), (-0.62, -0.22, 0.80), 20.0)
 """Forearm upright beside the head, elbow forward: against a hook or a round kick to the head."""
 LOW: ArmPose = linked((0.10, 0.10, -1.0), (0.62, -0.12, 0.78), 10.0)
 """Upper arm against the ribs, forearm before the liver: against a blow to the body."""

@@ -17,12 +17,12 @@ LEGS_S, SWEPT_S = 0.06, 0.095
 """After contact: hips have turned, fist has swept through."""
 
 WOUND = {
-    "head": linked((0.20, 0.74, -0.60), (0.70, -0.15, 0.70), 30.0),
-    "body": linked((0.10, 0.60, -0.80), (0.85, -0.05, 0.52), 30.0),
+    "head": linked((0.25, 0.78, -0.44), (0.68, -0.15, 0.72), 30.0),
+    "body": linked((0.10, 0.60, -0.72), (0.80, -0.05, 0.62), 30.0),
 }
 SWEPT = {
-    "head": linked((0.72, 0.66, 0.08), (0.52, -0.76, 0.40), 30.0),
-    "body": linked((0.70, 0.52, -0.36), (0.58, -0.75, 0.35), 30.0),
+    "head": linked((0.72, 0.66, 0.24), (0.52, -0.76, 0.55), 30.0),
+    "body": linked((0.70, 0.52, -0.28), (0.58, -0.75, 0.50), 30.0),
 }
 
 
@@ -55,9 +55,9 @@ class Hook:
             guard.yaw + self.hip_share * self.open_deg,
             guard.twist + (1 - self.hip_share) * self.open_deg,
         )
-        loaded = Posture(yaw=open_yaw, twist=open_twist, front_share=0.56, flexion=10, pitch=2)
+        loaded = Posture(yaw=open_yaw, twist=open_twist, front_share=0.54, flexion=8, pitch=1)
         thrown = Posture(
-            yaw=open_yaw - self.hip_share * self.turn_deg, twist=open_twist - (1 - self.hip_share) * self.turn_deg, front_share=0.36, flexion=6, pitch=0,
+            yaw=open_yaw - self.hip_share * self.turn_deg, twist=open_twist - (1 - self.hip_share) * self.turn_deg, front_share=0.38, flexion=4, drop=-0.02, pitch=-1,
             heels=(18, 0), pivots=(-32, 0),
         )  # fmt: skip
         if body:

@@ -30,7 +30,7 @@ class StraightPunch:
     hand: str
     height: str
     reach_m: float = 0.625
-    arm_s: float = 0.092
+    arm_s: float = 0.086
 
     def strike(self) -> Strike:
         """The strike with these parameters."""
@@ -38,9 +38,9 @@ class StraightPunch:
         if lead:
             load, drive, back = 0.06, 0.19, 0.28
             loaded = Posture(yaw=-16, twist=-5, pitch=3, flexion=11, front_share=0.40)
-            thrown = Posture(yaw=-41, twist=-14, pitch=7, flexion=13, front_share=0.68, heels=(0, 22), pivots=(0, 0))
+            thrown = Posture(yaw=-41, twist=-12, pitch=7, flexion=13, front_share=0.68, heels=(0, 22), pivots=(0, 0))
         else:
-            load, drive, back = 0.10, 0.22, 0.36
+            load, drive, back = 0.115, 0.21, 0.36
             loaded = Posture(yaw=-28, twist=-14, front_share=0.40)
             thrown = Posture(yaw=28, twist=22, pitch=6, front_share=0.66, heels=(0, 32), pivots=(0, -32))
         if body:
@@ -54,9 +54,10 @@ class StraightPunch:
         return Strike(
             self.name, self.hand, loaded, thrown, load, drive, back,
             fists=(
-                (-self.arm_s - (0.0 if lead else 0.01), guard), (THROUGH_S, Aim(at, 0.0, self.reach_m, elbow)),
+                (-self.arm_s - (0.0 if lead else 0.004), guard), (THROUGH_S, Aim(at, 0.0, self.reach_m, elbow)),
             ),
             cover=cover,
+            legs_s=-0.05 if lead else -0.035,
             straight=True,
         )  # fmt: skip
 

@@ -11,7 +11,7 @@ from simprep.motion.motion import Motion
 
 LAGS_S = (0.05, 0.075)
 """Pelvis and trunk behind the legs: 20 to 50 ms a link."""
-THROUGH_S = 0.05
+THROUGH_S = 0.058
 """From contact to the end of the follow-through."""
 BODY_DROP_M = 0.12
 """How far the knees lower the COM for a punch to the body."""

@@ -7,10 +7,12 @@ Timing and speed after section 4.1 of the team's notes: knees dip 10 to 20 deg, 
 from dataclasses import dataclass, replace
 
 from simprep.library.boxing import LEAD, REAR, Aim, Posture
-from simprep.library.strike import THROUGH_S, Strike, both_sides, strike_motion
+from simprep.library.strike import Strike, both_sides, strike_motion
 from simprep.motion.motion import Motion
 
 LOAD_S, DRIVE_S, RETURN_S = 0.20, 0.23, 0.42
+RISEN_S = 0.05
+"""After contact: the fist is at its highest."""
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,7 @@ class Uppercut:
                 (-self.arm_s - 0.16, REAR),
                 (-self.arm_s, wound),
                 (0.0, Aim(at, 0.0, self.reach_m, elbow, -60.0)),
-                (THROUGH_S, Aim(at + self.rise_m, 0.02, self.reach_m, elbow, -60.0)),
+                (RISEN_S, Aim(at + self.rise_m, 0.02, self.reach_m, elbow, -60.0)),
             ),
             cover=LEAD,
             legs_s=-0.02,
@@ -64,5 +66,5 @@ class Uppercut:
 
 ENTRIES = (
     *both_sides("uppercut", "right", "head", Uppercut("uppercut_right_head", "head").motion),
-    *both_sides("uppercut", "right", "body", Uppercut("uppercut_right_body", "body", rise_m=0.26, arm_s=0.10).motion),
+    *both_sides("uppercut", "right", "body", Uppercut("uppercut_right_body", "body", rise_m=0.27, arm_s=0.093).motion),
 )
