@@ -160,7 +160,11 @@ class World:
 
 
 def approach(
-    world: World, tasks: Sequence[Task], place: tuple[float, float, float] = (0.0, 0.0, 0.0), node: str = "walk"
+    world: World,
+    tasks: Sequence[Task],
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    node: str = "walk",
+    frame: int = 0,
 ) -> Approach:
     """Do the tasks one after the other.
 
@@ -172,6 +176,7 @@ def approach(
         tasks: at least one.
         place: (x, y [m], heading [rad]) of the root at the beginning.
         node: core node to begin with, unprepared.
+        frame: its frame to begin with.
 
     Raises:
         SettingError: no tasks, or a target that is not in the world.
@@ -187,7 +192,7 @@ def approach(
     begin = 0
     for number, task in enumerate(tasks):
         if whole is None:
-            character = Character(world.cores, world.settings, node, 0, place)
+            character = Character(world.cores, world.settings, node, frame, place)
         else:
             last = tasks[number - 1].target
             begin, character = _leave(world, whole, launches[-1] if launches else 0, last, actions[-1].node)

@@ -34,7 +34,7 @@ def plot_approach(result: Approach, tasks: Sequence[Task], path: str | Path, tit
     motion = result.motion
     root, level = motion.qpos[:, :2], result.level
     feet = forward_kinematics(motion.qpos, motion.body).foot_points[:, :, :, :2].mean(axis=2)
-    for side, colour in ((0, "#2f6fb3"), (1, "#c2452d")):
+    for side, colour in enumerate(("#2f6fb3", "#c2452d")):
         landed = motion.contacts[:, side] & ~np.concatenate([[False], motion.contacts[:-1, side]])
         plan.plot(*feet[landed, side].T, "s", color=colour, ms=4, alpha=0.5, label=("left foot", "right foot")[side])
     plays = np.isnan(level)
@@ -63,9 +63,14 @@ def plot_approach(result: Approach, tasks: Sequence[Task], path: str | Path, tit
         at = action.frame / motion.fps
         below.plot([at, at + 0.5], [action.alpha] * 2, color="#5b616b", lw=2, alpha=0.6)
     below.plot([], [], color="#5b616b", lw=2, alpha=0.6, label="α chosen")
-    at = [action.frame / motion.fps for action in result.actions]
+    begins = [action.frame / motion.fps for action in result.actions]
     below.plot(
-        at, [action.goal_distance for action in result.actions], "o--", color="#b8860b", ms=3, label="to the goal [m]"
+        begins,
+        [action.goal_distance for action in result.actions],
+        "o--",
+        color="#b8860b",
+        ms=3,
+        label="to the goal [m]",
     )
     for frame in result.launches:
         below.axvline(frame / motion.fps, color="black", ls=":", lw=0.9)

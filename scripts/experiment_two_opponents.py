@@ -1,0 +1,68 @@
+"""Experiment 2 of the 2013 paper: two opponents walk up and attack; the character goes to meet the nearer one and punches.
+
+Example: python scripts/experiment_two_opponents.py --seeds 10 -o results/two_opponents
+
+Opponents are moving sources of influence (points that walk up and stop at striking distance), each with the punch that
+meets it; both count, by time to contact. Where they start, how fast they come and the phase of the walk vary with the seed.
+Three arms, simulated with mpc; finished cases are kept in OUT/cases and not run again. About 1 minute per seed on 2 free
+cores.
+"""
+
+import sys
+from collections.abc import Mapping
+
+import numpy as np
+
+from simprep.behavior.influence import Influence
+from simprep.behavior.runtime_approach import Task
+from simprep.motion.motion import Motion
+from simprep.scene import Obstacle
+from simprep.study.experiment import Experiment, Setting
+from simprep.study.experiment_report import main
+
+PUNCHES = ("punch_left", "punch_right")
+SPEED_M_S = 0.7
+"""At which the character comes to meet them, on average."""
+
+
+def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
+    sides = np.array([1.0, -1.0]) if rng.random() < 0.5 else np.array([-1.0, 1.0])
+    bearings = sides * rng.uniform(0.1, 0.5, 2)
+    distances = np.array([rng.uniform(2.8, 3.4), rng.uniform(3.8, 4.6)])
+    speeds = rng.uniform(0.5, 0.9, 2)
+    starts = distances[:, None] * np.stack([np.cos(bearings), np.sin(bearings)], axis=-1)
+    # the nearer one is met where both walk towards each other; the other one stops an arm's length behind
+    meets = distances[0] * SPEED_M_S / (SPEED_M_S + speeds[0])
+    goal = meets * starts[0] / distances[0]
+    influences = []
+    for number, (start, speed) in enumerate(zip(starts, speeds)):
+        towards = goal - start
+        length = float(np.linalg.norm(towards)) - (0.0 if number == 0 else 0.9)
+        velocity = speed * towards / np.linalg.norm(towards)
+        punch = PUNCHES[int(bearings[number] < 0)]
+        influences.append(
+            Influence(
+                (float(start[0]), float(start[1])),
+                {punch: 1.0},
+                (float(velocity[0]), float(velocity[1])),
+                max(length, 0.0) / float(speed),
+            )
+        )
+    punch = next(iter(influences[0].targets))
+    ends = [influence.at(influence.stops_s) for influence in influences]
+    things = tuple(
+        Obstacle(f"opponent{number}", (float(1.15 * x), float(1.15 * y), 0.85), (0.1, 0.1, 0.85), soft=True)
+        for number, (x, y) in enumerate(ends)
+    )
+    return Setting(
+        tasks=(Task((float(goal[0]), float(goal[1])), punch, tuple(influences)),),
+        place=(0.0, 0.0, float(rng.uniform(-0.3, 0.3))),
+        frame=int(rng.integers(64)),
+        things=things,
+        drawn={"starts_m": starts.tolist(), "speeds_m_s": speeds.tolist(), "punch": punch},
+    )
+
+
+if __name__ == "__main__":
+    title = "two opponents walk up; punch the nearer one"
+    sys.exit(main(Experiment("two_opponents", title, PUNCHES, draw), __doc__ or ""))
