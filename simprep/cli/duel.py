@@ -1,6 +1,5 @@
 """`simprep duel ...`: two fighters. One file per subcommand."""
 
-from dataclasses import dataclass
 from typing import Annotated
 
 import tyro
@@ -8,16 +7,8 @@ import tyro
 from simprep.cli.duel_import import DuelImport
 from simprep.cli.duel_label import DuelLabel
 
+DESCRIPTION = """Two fighters: import a recording of two people, label their actions.
 
-@dataclass(frozen=True)
-class Duel:
-    """Two fighters: import a recording, label its actions.
+Example: simprep duel import a.bvh b.bvh -o pair.npz"""
 
-    Example: simprep duel import a.bvh b.bvh -o pair.npz
-    """
-
-    command: Annotated[DuelImport, tyro.conf.subcommand("import")] | Annotated[DuelLabel, tyro.conf.subcommand("label")]
-
-    def run(self) -> None:
-        """Run the subcommand."""
-        self.command.run()
+Duel = Annotated[DuelImport, tyro.conf.subcommand("import")] | Annotated[DuelLabel, tyro.conf.subcommand("label")]

@@ -8,12 +8,12 @@ from typing import Annotated
 import tyro
 
 from simprep import __version__
-from simprep.cli import library, output
+from simprep.cli import duel, library, output
 from simprep.cli.approach import Approach
-from simprep.cli.duel import Duel
 from simprep.cli.graph import Graph
 from simprep.cli.import_motion import Import
 from simprep.cli.track import Track
+from simprep.cli.train import Train
 from simprep.cli.validate import Validate
 from simprep.errors import SimprepError
 from simprep.report import gl
@@ -24,8 +24,9 @@ Command = (
     Annotated[Validate, tyro.conf.subcommand("validate")]
     | Annotated[Track, tyro.conf.subcommand("track")]
     | Annotated[Import, tyro.conf.subcommand("import")]
-    | Annotated[Duel, tyro.conf.subcommand("duel")]
+    | Annotated[duel.Duel, tyro.conf.subcommand("duel", description=duel.DESCRIPTION)]
     | Annotated[Graph, tyro.conf.subcommand("graph")]
+    | Annotated[Train, tyro.conf.subcommand("train")]
     | Annotated[Approach, tyro.conf.subcommand("approach")]
     | Annotated[library.Library, tyro.conf.subcommand("library", description=library.DESCRIPTION)]
 )

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.labels import LEARNED_ASPECTS, OTHERS, QUALIFIERS, encode
+from simprep.duel.labels import LEARNED_ASPECTS, OTHERS, QUALIFIERS, Label, encode
 from simprep.duel.pose_features import SAMPLES, motion_features
 from simprep.duel.rules import move_rule, react_rule
 from simprep.duel.segmentation import Cuts, stream_kinematics
@@ -272,4 +272,8 @@ def label_stream(
     classifier = train_labels(features[rows], qualifiers, settings)
     chosen, margins = classifier.predict(features)
     chosen[rows], margins[rows] = qualifiers, np.inf
-    return LabelResult(cuts.table(), label_codes(stream, cuts, chosen), margins, classifier.warnings)
+    codes = label_codes(stream, cuts, chosen)
+    warnings = list(classifier.warnings)
+    if not any(Label.from_code(int(code)).attacks for code in np.unique(codes)):
+        warnings.append("no action of the stream is labelled as an attack: there is no fight to learn from")
+    return LabelResult(cuts.table(), codes, margins, tuple(warnings))
