@@ -25,6 +25,9 @@ class DuelImport:
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="OUT", help_behavior_hint="")] = None
     """The .npz file to write; default: the files' names joined by +, in the current folder."""
 
+    like: Annotated[Path | None, tyro.conf.arg(metavar="STREAM", help_behavior_hint="")] = None
+    """Use the bodies of this stream, so that both can be joined; default: bodies with the recorded people's legs."""
+
     fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
     """Frames per second of the result; default: the files', at most 60."""
 
@@ -47,13 +50,17 @@ class DuelImport:
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.duel.import_pair import import_pair
         from simprep.duel.stream import PLAYERS
-        from simprep.duel.stream_store import save_stream
+        from simprep.duel.stream_store import read_stream, save_stream
         from simprep.errors import MotionFileError, SettingError
 
         if len(self.files) not in (1, 2):
             raise SettingError(f"{len(self.files)} files; valid: one per person, or one with both people")
         second = self.files[1] if len(self.files) == 2 else None
-        pair = import_pair(self.files[0], second, self.fps, self.up, self.scale, self.joint_map)
+        bodies = None
+        if self.like is not None:
+            a, b = read_stream(self.like).players
+            bodies = (a.body, b.body)
+        pair = import_pair(self.files[0], second, self.fps, self.up, self.scale, self.joint_map, bodies=bodies)
         target = self.out or Path(f"{pair.stream.name}.npz")
         if target.resolve() in [file.resolve() for file in self.files]:
             raise MotionFileError(target, "is a file to import; give another with -o")

@@ -12,6 +12,7 @@ from simprep.duel.positions import DEFAULT_SETTINGS, PositionSettings, centres, 
 from simprep.duel.stream import PLAYERS, DuelStream, StreamReport, check_stream, swapped_frames
 from simprep.duel.stream_store import SCHEMA, read_stream
 from simprep.errors import MotionError, MotionFileError
+from simprep.humanoid import Body
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.joint_map import read_joint_map
 from simprep.motion.load import ImportReport, ImportResult, import_motion, read_source, retarget_clip
@@ -42,11 +43,12 @@ def import_pair(
     scale: float | None = None,
     joint_map: Mapping[str, str] | str | Path | None = None,
     settings: PositionSettings = DEFAULT_SETTINGS,
+    bodies: tuple[Body, Body] | None = None,
 ) -> PairImport:
     """Import two people recorded together.
 
     Every person moves a humanoid whose legs are as long as theirs, so that neither stride nor the distance between
-    them is scaled; the vertical axis and the length unit found for A hold for B. Motions that simprep saved, and
+    them is scaled (with other bodies the distance is kept, and strides are stretched); the vertical axis and the length unit found for A hold for B. Motions that simprep saved, and
     saved streams, are taken as they are.
 
     Args:
@@ -57,6 +59,7 @@ def import_pair(
         scale: metres per file unit; None to find it.
         joint_map: our parts to the files' joint names, or a JSON file with that.
         settings: cleaning of joint positions.
+        bodies: of A and B instead of their own, such as those of another clip that this one is to be joined to.
 
     Returns:
         The stream and the reports.
@@ -83,8 +86,10 @@ def import_pair(
         _check_together(*clips)
     # joint positions come with our own names
     maps = [None if clip.format == "joint positions" else joint_map for clip in clips]
-    first = retarget_clip(clips[0], fps, up, scale, maps[0], body=None)
-    second = retarget_clip(clips[1], fps, first.report.up, first.report.scale, maps[1], body=None)
+    body = bodies or (None, None)
+    first = retarget_clip(clips[0], fps, up, scale, maps[0], body[0], keep_travel=True)
+    up, scale = first.report.up, first.report.scale
+    second = retarget_clip(clips[1], fps, up, scale, maps[1], body[1], keep_travel=True)
     return _pair(a, b, (first, second), notes)
 
 

@@ -159,9 +159,7 @@ def _roles_by_name(names: tuple[str, ...]) -> dict[str, int]:
     return roles
 
 
-def _override(
-    path: object, roles: dict[str, int], names: tuple[str, ...], override: Mapping[str, str] | None
-) -> None:
+def _override(path: object, roles: dict[str, int], names: tuple[str, ...], override: Mapping[str, str] | None) -> None:
     index = {name: number for number, name in enumerate(names)}
     for role, name in (override or {}).items():
         if role not in ROLES:

@@ -105,6 +105,7 @@ def retarget_clip(
     scale: float | None = None,
     joint_map: Mapping[str, str] | str | Path | None = None,
     body: Body | None = DEFAULT_BODY,
+    keep_travel: bool = False,
 ) -> ImportResult:
     """Bring a foreign skeleton's motion onto our humanoid.
 
@@ -116,6 +117,7 @@ def retarget_clip(
         joint_map: our parts to the file's joint names, or a JSON file with that.
         body: the humanoid to move; None for one with the legs of the person in the file, whose travel then needs no
             scaling, so that several people keep the distances between them.
+        keep_travel: do not scale the way over the floor by the length of the legs.
 
     Returns:
         The motion and the report.
@@ -137,8 +139,10 @@ def retarget_clip(
         try:
             body = body_of_leg(leg_length(source.clip.positions, joints))
         except SettingError as error:
-            raise MotionFileError(path, f"the person's {error}; another length unit can be given with --scale") from None
-    targets = build_targets(source, joints, body)
+            raise MotionFileError(
+                path, f"the person's {error}; another length unit can be given with --scale"
+            ) from None
+    targets = build_targets(source, joints, body, keep_travel)
     try:
         placed = place_on_floor(targets, body)
     except MotionError as error:

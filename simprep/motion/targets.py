@@ -64,7 +64,7 @@ def frame_from(left: NDArray[np.float64], up: NDArray[np.float64]) -> NDArray[np
     return np.stack([x, y, np.cross(x, y)], axis=-1)
 
 
-def build_targets(source: Normalised, joints: JointMap, body: Body) -> Targets:
+def build_targets(source: Normalised, joints: JointMap, body: Body, keep_travel: bool = False) -> Targets:
     """Give the source's bones our lengths.
 
     Travel and pelvis height are scaled by the ratio of the leg lengths. Where the source has other trunk joints than
@@ -75,6 +75,8 @@ def build_targets(source: Normalised, joints: JointMap, body: Body) -> Targets:
         source: the clip in metres, z up.
         joints: its joint map.
         body: the humanoid.
+        keep_travel: leave the way over the floor as recorded, so that several people keep the distances between them;
+            strides then fit the legs less well.
     """
     clip = source.clip
     model = humanoid_model(body)
@@ -106,7 +108,8 @@ def build_targets(source: Normalised, joints: JointMap, body: Body) -> Targets:
     def extend(name: str, parent: str, direction: NDArray[np.float64]) -> None:
         put(name, out[:, place[parent]] + length[name] * unit(direction))
 
-    put("pelvis", hips * ratio)
+    travel = np.array([1.0, 1.0, ratio] if keep_travel else [ratio] * 3)
+    put("pelvis", hips * travel)
     extend("abdomen", "pelvis", pelvis_frame[:, :, 2])
     extend("thorax", "abdomen", second - first)
     extend("neck", "thorax", neck - second)
@@ -137,7 +140,7 @@ def build_targets(source: Normalised, joints: JointMap, body: Body) -> Targets:
             warnings.append(f"the {side} foot's direction is not told by the file: the ankle stays neutral")
         else:
             orientations[:, 3 + number], oriented[3 + number] = foot, True
-    step = None if clip.step is None else clip.step * ratio
+    step = None if clip.step is None else clip.step * travel
     return Targets(out, orientations, oriented, clip.fps, step, tuple(warnings))
 
 

@@ -1,11 +1,13 @@
 """Two-person streams: what they refuse, seams, files, import in one frame."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from duel_cases import standing_pair
 
+from simprep.cli.main import main
 from simprep.duel.import_pair import import_pair
 from simprep.duel.stream import DuelStream, check_stream, concatenate_streams, facing_error, root_distance
 from simprep.duel.stream_store import read_stream, save_stream
@@ -133,6 +135,10 @@ def test_the_handshake_pair_comes_in_one_frame(data_dir):
     ours = root_distance(pair.stream)
     assert np.array([ours[0], ours.min(), ours[-1]]) == pytest.approx(distances(hips), abs=0.02)
     assert np.abs(ours - np.linalg.norm(hips[0] - hips[1], axis=1)).max() < 0.03
+    # bodies of another size keep the distance too
+    given = import_pair(*files, bodies=(Body(), Body(1.6, 60.0)))
+    assert given.stream.players[1].body == Body(1.6, 60.0)
+    assert np.abs(root_distance(given.stream) - ours).max() < 0.05
     # both walk up to each other
     assert check_stream(pair.stream).facing_share[1] > 0.9
 
@@ -144,3 +150,21 @@ def test_takes_that_were_not_recorded_together_are_refused(data_dir):
         import_pair(bvh, kick)
     with pytest.raises(MotionFileError, match="holds one person; give the other one's file too"):
         import_pair(bvh)
+
+
+def test_commands_import_and_join(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    stream = standing_pair(700)
+    for motion in stream.players:
+        save_motion(motion, motion.name)
+    assert main(["duel", "import", "a.npz", "b.npz", "-o", "one.npz", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    assert result["distance_m"] == pytest.approx([1.2] * 3)
+    assert result["warnings"] == []
+    assert main(["duel", "join", "one.npz", "one.npz", "-o", "two.npz"]) == 0
+    assert read_stream("two.npz").seams == (700,)
+    capsys.readouterr()
+    assert main(["duel", "import", "a.npz"]) == 2
+    assert "a motion of one person; give the other one's file too" in capsys.readouterr().err
+    assert main(["duel", "join", "one.npz", "-o", "one.npz"]) == 2
+    assert "is a stream to join" in capsys.readouterr().err
