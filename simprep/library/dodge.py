@@ -1,7 +1,7 @@
 """Evasions of a boxer: slip, bob and weave, sway back, shoulder roll. The feet stay, the head leaves the line of the blow.
 
-Timing after section 6 of the team's notes: 0.25 to 0.4 s down, 0.3 to 0.5 s up, 25 to 35 cm of head drop clear a hook to the
-head. Boxers make about 56 vertical movements of the hips a minute (Dinu et al. 2020, Proceedings 49:61), most of them these.
+Timing by design: 0.25 to 0.4 s to the peak, 0.3 to 0.5 s back; 25 to 35 cm of drop clear a hook to the head. Boxers make about
+56 vertical movements of the hips a minute (Dinu et al. 2020, Proceedings 49:61).
 """
 
 from dataclasses import dataclass

@@ -7,7 +7,7 @@ straight punches and take longer to deliver (Piorkowski et al. 2011, Sports Biom
 
 from dataclasses import dataclass, replace
 
-from simprep.library.boxing import LEAD, REAR, Posture, linked
+from simprep.library.boxing import GUARD, LEAD, REAR, Posture, linked
 from simprep.library.curves import minimum_jerk
 from simprep.library.strike import BODY_DROP_M, Strike, both_sides, strike_motion
 from simprep.motion.motion import Motion
@@ -15,7 +15,6 @@ from simprep.motion.motion import Motion
 LOAD_S, DRIVE_S, RETURN_S = 0.16, 0.19, 0.42
 LEGS_S, SWEPT_S = 0.06, 0.095
 """After contact: hips have turned, fist has swept through."""
-
 WOUND = {
     "head": linked((0.25, 0.78, -0.44), (0.68, -0.15, 0.72), 30.0),
     "body": linked((0.10, 0.60, -0.72), (0.80, -0.05, 0.62), 30.0),
@@ -50,15 +49,12 @@ class Hook:
         """The motion with these parameters."""
         body = self.height == "body"
         load, back = LOAD_S, RETURN_S
-        guard = Posture()
-        open_yaw, open_twist = (
-            guard.yaw + self.hip_share * self.open_deg,
-            guard.twist + (1 - self.hip_share) * self.open_deg,
-        )
-        loaded = Posture(yaw=open_yaw, twist=open_twist, front_share=0.54, flexion=8, pitch=1)
+        hips, trunk = self.hip_share, 1 - self.hip_share
+        yaw, twist = GUARD.yaw + hips * self.open_deg, GUARD.twist + trunk * self.open_deg
+        loaded = Posture(yaw=yaw, twist=twist, front_share=0.54, flexion=8, pitch=1)
         thrown = Posture(
-            yaw=open_yaw - self.hip_share * self.turn_deg, twist=open_twist - (1 - self.hip_share) * self.turn_deg, front_share=0.38, flexion=4, drop=-0.02, pitch=-1,
-            heels=(18, 0), pivots=(-32, 0),
+            yaw=yaw - hips * self.turn_deg, twist=twist - trunk * self.turn_deg, front_share=0.38, flexion=4, pitch=-1,
+            drop=-0.02, heels=(18, 0), pivots=(-32, 0),
         )  # fmt: skip
         if body:
             load, back = load + 0.10, back + 0.14

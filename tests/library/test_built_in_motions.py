@@ -13,7 +13,8 @@ from simprep.motion.edit import mirror, repeat
 from simprep.motion.kinematics import forward_kinematics
 from simprep.preparation.reference_posture import reference_posture
 
-TARGETS = ("punch_left", "punch_right", "kick_front", "crawl", "duck", "jump")
+BOXING = tuple(entry.name for entry in library_entries() if entry.family in ("punch", "block", "dodge"))
+TARGETS = (*BOXING, "kick_front", "crawl", "duck", "jump")
 SPEED_CAPS_DEG = {
     "hip": 600, "knee": 1100, "ankle": 700, "lumbar": 500, "thorax": 500, "neck": 500, "head": 500, "shoulder": 1100,
     "elbow": 1300, "forearm": 1500, "wrist": 1500,

@@ -26,10 +26,10 @@ PEAK_SPEED_M_S = {
     "cross": (7.0, 9.2),
     # Olympic hooks 11.0 +- 3.4, hand (Viano et al. 2005, Neurosurgery 57:1154)
     "hook": (7.6, 14.4),
-    # team's notes, section 4.1 (unconfirmed): 7 to 11
+    # no measurement at hand; the design range, below the hooks of Olympic boxers
     "uppercut": (7.0, 11.0),
 }
-# load and drive together, and return; team's notes, section 4.1 (design values, unconfirmed by a measurement per punch)
+# load and drive together, and return: design ranges; published per punch is only their order (Piorkowski et al. 2011)
 DELIVERY_S = {"jab": (0.18, 0.31), "cross": (0.28, 0.42), "hook": (0.30, 0.46), "uppercut": (0.32, 0.48)}
 RETURN_S = {"jab": (0.20, 0.30), "cross": (0.30, 0.40), "hook": (0.30, 0.45), "uppercut": (0.30, 0.45)}
 # a punch to the body lowers the COM by 0.12 m in the delivery: in free fall this alone takes sqrt(4 h / g) = 0.22 s
@@ -169,7 +169,7 @@ def test_blocks_stand_in_time_and_stay(name):
 
 
 def test_dodges_take_the_head_off_the_line():
-    """A fist of 9 cm and a head of 16 cm miss by 13 cm; 25 to 35 cm of drop clear a hook (team's notes, section 6)."""
+    """A fist of 9 cm and a head of 16 cm miss by 13 cm; a drop of 25 to 35 cm clears a hook."""
     moved = {}
     for name in DODGES:
         motion, kinematics, _ = solved(name)
