@@ -13,7 +13,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from simprep.behavior.influence import Influence
-from simprep.behavior.runtime_approach import Task
+from simprep.behavior.runtime_leg import Task
 from simprep.humanoid import BODIES
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion

@@ -15,7 +15,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from simprep.behavior.influence import Influence
-from simprep.behavior.runtime_approach import Task, near_obstacles
+from simprep.behavior.runtime_approach import near_obstacles
+from simprep.behavior.runtime_leg import Task
 from simprep.motion.motion import Motion
 from simprep.scene import Obstacle
 from simprep.study.experiment import Experiment, Setting

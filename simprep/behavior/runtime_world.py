@@ -7,7 +7,7 @@ from simprep.behavior.cores import core_motions
 from simprep.behavior.graph import GraphSettings, MotionGraph, build_graph
 from simprep.behavior.policy import Policy
 from simprep.behavior.runtime import RuntimeSettings
-from simprep.behavior.runtime_approach import World
+from simprep.behavior.runtime_leg import World
 from simprep.behavior.runtime_locomotion import CoreNodes
 from simprep.behavior.settings import ControllerSettings
 from simprep.errors import UnknownNameError

@@ -13,7 +13,7 @@ from simprep.cli.output import Output, print_result
 if TYPE_CHECKING:
     from simprep.behavior.influence import Influence
     from simprep.behavior.runtime_approach import Approach as Result
-    from simprep.behavior.runtime_approach import Task
+    from simprep.behavior.runtime_leg import Task
 
 HEADLINE = ("reached", "time_s", "alpha_at_influence", "max_alpha_jump", "fps")
 """Keys of `--json` that other tools rely on."""
@@ -76,7 +76,8 @@ class Approach:
 
         from simprep.behavior.policy import load_policy
         from simprep.behavior.runtime import RuntimeSettings
-        from simprep.behavior.runtime_approach import Task, approach
+        from simprep.behavior.runtime_approach import approach
+        from simprep.behavior.runtime_leg import Task
         from simprep.behavior.runtime_world import library_world
         from simprep.metrics.evaluate import evaluate_motion
         from simprep.motion.store import save_motion

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from simprep.behavior.influence import Influence
-from simprep.behavior.runtime_approach import Approach, Task
+from simprep.behavior.runtime_approach import Approach
+from simprep.behavior.runtime_leg import Task
 from simprep.behavior.spaces import REACH_M
 from simprep.motion.kinematics import forward_kinematics
 from simprep.report.figures import new_figure, save_figure

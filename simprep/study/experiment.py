@@ -18,7 +18,8 @@ import numpy as np
 from simprep import __version__
 from simprep.behavior.policy import Policy
 from simprep.behavior.runtime import RuntimeSettings
-from simprep.behavior.runtime_approach import Approach, Task, World, approach
+from simprep.behavior.runtime_approach import Approach, approach
+from simprep.behavior.runtime_leg import Task, World
 from simprep.behavior.runtime_world import library_world
 from simprep.metrics.evaluate import evaluate_motion, evaluate_run
 from simprep.motion.edit import cut
