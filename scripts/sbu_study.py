@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from simprep.duel.sbu import ATTACKS, SbuPairs, acting_found, classify_acting, read_sbu, strikes
+from simprep.duel.strikes import reach
 from simprep.report.record import provenance, write_json
 
 # Who attacks, told by eye from stick figures of six moments of each clip before any rule was tried.
@@ -29,6 +30,45 @@ ACTING_B = (
 )
 UNDECIDED = "203 178"
 ACTING = {int(clip): who for text, who in ((ACTING_A, "A"), (ACTING_B, "B"), (UNDECIDED, "?")) for clip in text.split()}
+
+
+def rules(pairs: SbuPairs, clip: int) -> dict[str, int]:
+    """Who acts by several rules; `reach` is that of the library."""
+    track = pairs.track(clip)
+    gap = track.root[:, ::-1] - track.root
+    gap[..., 2] = 0.0
+    towards = gap / np.linalg.norm(gap, axis=-1, keepdims=True)
+    limbs = track.joints[:, :, list(track.ends)] - track.root[:, :, None]
+    ahead = (limbs * towards[:, :, None]).sum(axis=-1)  # (T, 2, 4) in front of one's own root
+    steps = (np.diff(track.root, axis=0) * towards[1:]).sum(axis=-1).cumsum(axis=0)
+    values = {
+        "reach": reach(track).max(axis=(0, 2)),
+        "stretch": ahead.max(axis=(0, 2)),
+        "speed": np.diff(ahead, axis=0).max(axis=(0, 2)),
+        "energy": (np.diff(limbs, axis=0) ** 2).sum(axis=(0, 2, 3)),
+        "advance": steps.max(axis=0),
+        "drives the other back": (-steps).max(axis=0)[::-1],
+    }
+    return {name: int(np.argmax(value)) for name, value in values.items()}
+
+
+def compare_rules(pairs: SbuPairs) -> dict[str, Any]:
+    """Share of clips in which each rule finds who acts; and of the rule that is best on the other folds, held out."""
+    clips = sorted(ACTING)
+    found = [rules(pairs, clip) for clip in clips]
+    right = {
+        name: np.array([row[name] == "AB?".index(ACTING[clip]) for row, clip in zip(found, clips)]) for name in found[0]
+    }
+    fold = pairs.folds[clips]
+    chosen = {
+        int(number): max(right, key=lambda name: right[name][fold != number].mean()) for number in np.unique(fold)
+    }
+    held_out = np.concatenate([right[name][fold == number] for number, name in chosen.items()])
+    return {
+        "share": {name: float(value.mean()) for name, value in right.items()},
+        "chosen_on_other_folds": chosen,
+        "held_out_share": float(held_out.mean()),
+    }
 
 
 def attack_statistics(pairs: SbuPairs) -> dict[str, dict[str, Any]]:
@@ -62,7 +102,14 @@ def main() -> None:
     found = acting_found(pairs, ACTING)
     total = [sum(counts) for counts in zip(*found.values())]
     print(f"who acts: {total[0]} of {total[1]} found ({total[0] / total[1]:.1%})", found)
-    result = {"acting_found": found, "acting_found_share": total[0] / total[1], "classification": {}}
+    compared = compare_rules(pairs)
+    print("other rules:", compared)
+    result: dict[str, Any] = {
+        "acting_rules": compared,
+        "acting_found": found,
+        "acting_found_share": total[0] / total[1],
+        "classification": {},
+    }
     for name, window in (("whole_clip", None), ("half_second_around_strike", 0.5)):
         score, folds = classify_acting(pairs, window)
         print(f"{name}: accuracy {score.accuracy:.3f}, macro F1 {score.macro_f1:.3f}, folds {np.round(folds, 3)}")
@@ -79,7 +126,10 @@ def main() -> None:
         for key, value in values.items():
             print(f"{kind:6s} {key:18s}", np.round(value, 2))
     if arguments.out:
-        write_json(arguments.out, {"schema": "simprep.sbu-study/1", **provenance(sys.argv[1:]), **result})
+        command = f"python scripts/sbu_study.py {' '.join(sys.argv[1:])}"
+        write_json(
+            arguments.out, {"schema": "simprep.sbu-study/1", **provenance(sys.argv[1:]), "command": command, **result}
+        )
 
 
 if __name__ == "__main__":

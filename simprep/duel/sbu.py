@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from simprep.duel.label_scores import AspectScore, score
 from simprep.duel.labelling import LabelSettings, new_machine
 from simprep.duel.pose_features import pose_features
-from simprep.duel.strikes import PairTrack, Strike, find_strike, pair_track
+from simprep.duel.strikes import PairTrack, Strike, find_strike, pair_track, trunk_heading
 from simprep.errors import MotionFileError
 
 FloatArray = NDArray[np.float64]
@@ -52,12 +52,11 @@ class SbuPairs:
     fps: float
 
     def track(self, clip: int) -> PairTrack:
-        """One clip as a track: root halfway between the hips, heading square to hips and shoulders."""
+        """One clip as a track: root halfway between the hips, facing square to hips and shoulders."""
         joints = self.positions[clip, : self.lengths[clip]]
-        at = {name: joints[:, :, number] for number, name in enumerate(JOINTS)}
-        left = at["l_hip"] - at["r_hip"] + at["l_shoulder"] - at["r_shoulder"]
-        heading = np.arctan2(-left[..., 0], left[..., 1])
-        return pair_track(joints, (at["l_hip"] + at["r_hip"]) / 2, heading, ENDS, self.fps)
+        hips, shoulders = ([JOINTS.index(f"{side}_{name}") for side in "lr"] for name in ("hip", "shoulder"))
+        heading = trunk_heading(joints[:, :, hips], joints[:, :, shoulders])
+        return pair_track(joints, joints[:, :, hips].mean(axis=2), heading, ENDS, self.fps)
 
 
 def read_sbu(path: str | Path) -> SbuPairs:

@@ -12,7 +12,6 @@ from scipy.ndimage import gaussian_filter1d
 from simprep.duel.stream import DuelStream
 from simprep.errors import MotionError
 from simprep.humanoid import BODIES, SIDES
-from simprep.motion.edit import yaw
 from simprep.motion.kinematics import Kinematics
 
 FloatArray = NDArray[np.float64]
@@ -36,7 +35,7 @@ class PairTrack:
     Attributes:
         joints: (T, 2, J, 3) joint positions of A and B, z up [m].
         root: (T, 2, 3) their roots [m].
-        heading: (T, 2) directions that the roots face [rad].
+        heading: (T, 2) directions that they face, of hips and shoulders [rad].
         ends: indices of the joints in `ENDS`.
         fps: frames per second [1/s].
     """
@@ -102,6 +101,20 @@ def pair_track(
     )
 
 
+def trunk_heading(hips: FloatArray, shoulders: FloatArray) -> FloatArray:
+    """Direction that people face on the floor: square to the mean of their hip and shoulder lines.
+
+    Args:
+        hips: (..., 2, 3) left and right hip joint [m].
+        shoulders: (..., 2, 3) left and right shoulder joint [m].
+
+    Returns:
+        (...) angle from x, counter-clockwise [rad].
+    """
+    left = hips[..., 0, :] - hips[..., 1, :] + shoulders[..., 0, :] - shoulders[..., 1, :]
+    return np.asarray(np.arctan2(-left[..., 0], left[..., 1]))
+
+
 def stream_track(
     stream: DuelStream, kinematics: tuple[Kinematics, Kinematics], first: int = 0, after: int | None = None
 ) -> PairTrack:
@@ -114,7 +127,8 @@ def stream_track(
         after: frame after the last; None for all.
     """
     joints = np.stack([player.xpos[first:after] for player in kinematics], axis=1)
-    heading = np.stack([yaw(motion.qpos[first:after, 3:7]) for motion in stream.players], axis=1)
+    hips, shoulders = ([BODIES.index(f"{side}_{part}") for side in SIDES] for part in ("thigh", "upper_arm"))
+    heading = trunk_heading(joints[:, :, hips], joints[:, :, shoulders])
     return pair_track(joints, joints[:, :, 0], heading, tuple(BODIES.index(name) for name in ENDS), stream.fps)
 
 

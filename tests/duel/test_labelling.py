@@ -105,11 +105,13 @@ def test_mirrored_examples_teach_the_other_side(fight):
 
 
 def test_no_attack_annotated_is_said(fight):
-    _, _, truth, _, features = fight
+    stream, cuts, truth, _, features = fight
     quiet = np.flatnonzero((truth == truth.max(axis=0)).all(axis=1))
     assert any(
         "no annotated action is an attack" in text for text in train_labels(features[quiet], truth[quiet]).warnings
     )
+    result = label_stream(stream, cuts, quiet, truth[quiet], features=features)
+    assert "no action of the stream is labelled as an attack" in result.warnings[-1]
     with pytest.raises(SettingError, match="no annotated action"):
         train_labels(features[:0], truth[:0])
 
