@@ -11,7 +11,7 @@ from simprep.library.curves import FPS, Curve, constant, key_curve
 from simprep.library.feet import FootPath, Stance
 from simprep.library.limbs import SIGNS, arm_angles, limb_lengths
 from simprep.library.posture import Pose, key_poses, set_hinges, trunk_rotation
-from simprep.library.whole_body import HipRelative, Plan, solve_whole_body
+from simprep.library.whole_body import HipRelative, JointSwing, Plan, solve_whole_body
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import axis_rotation
 
@@ -90,7 +90,8 @@ class Target:
         arms: arm keys of the left and right arm; none leaves the arm to `arm_poses`.
         arm_poses: key poses of the arms [deg], for swings about the shoulder that a fist path describes badly.
         events: times of the events [s].
-        swing_legs: (left, right) leg in free swing, or None.
+        swing_legs: (left, right) leg in free swing in its sagittal plane, or None.
+        joint_legs: (left, right) leg in free swing given by its joint angles, or None.
     """
 
     name: str
@@ -106,6 +107,7 @@ class Target:
     roll: Curve = field(default_factory=constant)
     events: Mapping[str, float] = field(default_factory=dict)
     swing_legs: tuple["SwingLeg | None", "SwingLeg | None"] = (None, None)
+    joint_legs: tuple["JointLeg | None", "JointLeg | None"] = (None, None)
 
 
 @dataclass(frozen=True)
@@ -133,6 +135,19 @@ class SwingLeg:
         return np.stack([forward, np.full(len(times), SIGNS[side] * self.outward), up], axis=-1)
 
 
+@dataclass(frozen=True)
+class JointLeg:
+    """A leg that swings freely in any direction, as joint angles.
+
+    Attributes:
+        angles: (T, 6) over time in the order of `simprep.humanoid.LEG_JOINTS` [rad].
+        weight: share of these against the angles that put the foot on its path, over time, 0 to 1.
+    """
+
+    angles: Curve
+    weight: Curve
+
+
 def build_target(target: Target) -> Motion:
     """Solve a target movement.
 
@@ -158,6 +173,13 @@ def build_target(target: Target) -> Motion:
             if leg is not None:
                 offset[:, number], weight[:, number] = leg.offset(side, times), leg.weight(times)
         swing = HipRelative(offset, weight)
+    joints = None
+    if any(joint_leg is not None for joint_leg in target.joint_legs):
+        angles, weight = np.zeros((len(times), 2, 6)), np.zeros((len(times), 2))
+        for number, joint_leg in enumerate(target.joint_legs):
+            if joint_leg is not None:
+                angles[:, number], weight[:, number] = joint_leg.angles(times), joint_leg.weight(times)
+        joints = JointSwing(angles, weight)
     table = np.array(target.pressure)
     plan = Plan(
         fps=FPS,
@@ -169,6 +191,7 @@ def build_target(target: Target) -> Motion:
         root_rotation=trunk_rotation(target.yaw(times), target.pitch(times), target.roll(times)),
         hinges=hinges,
         hip_relative=swing,
+        joint_swing=joints,
     )
     return Motion(
         qpos=solve_whole_body(plan),

@@ -14,7 +14,19 @@ from simprep.motion.kinematics import forward_kinematics
 from simprep.preparation.reference_posture import reference_posture
 
 BOXING = tuple(entry.name for entry in library_entries() if entry.family in ("punch", "block", "dodge"))
-TARGETS = (*BOXING, "kick_front", "crawl", "duck", "jump")
+TARGETS = (
+    "kick_front",
+    "kick_front_head_right",
+    "kick_low_right",
+    "roundhouse_right_body",
+    "roundhouse_right_head",
+    "side_kick_right_body",
+    "side_kick_right_low",
+    "knee_right",
+    "crawl",
+    "duck",
+    "jump",
+)
 SPEED_CAPS_DEG = {
     "hip": 600, "knee": 1100, "ankle": 700, "lumbar": 500, "thorax": 500, "neck": 500, "head": 500, "shoulder": 1100,
     "elbow": 1300, "forearm": 1500, "wrist": 1500,
