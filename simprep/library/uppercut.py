@@ -48,7 +48,7 @@ class Uppercut:
             load, back = load + 0.10, back + 0.06
             loaded = replace(loaded, drop=self.dip_m + 0.04, heels=(0, 16))
             thrown = replace(thrown, drop=self.dip_m + 0.01, flexion=14, pitch=6, yaw=26, twist=20)
-        wound = ((0.22, 0.0, -0.16 if not body else -0.24), (-0.8, 0.3, -1.0), -30.0)
+        wound = ((0.22, 0.04, -0.24) if body else (0.22, 0.0, -0.16), (-0.8, 0.3, -1.0), -30.0)
         elbow = (-0.3, 0.3, -1.0)
         strike = Strike(
             self.name, "rear", loaded, thrown, load, DRIVE_S, back,

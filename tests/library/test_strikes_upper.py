@@ -1,5 +1,6 @@
 """Punches, blocks and dodges against what is published: speeds, durations, heights, order of the joints, symmetry."""
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -192,6 +193,23 @@ def test_dodges_take_the_head_off_the_line():
     motion, kinematics, _ = solved("shoulder_roll")
     turn = rotation_matrix(kinematics.xquat[:, THORAX])[motion.events["peak"]]
     assert np.degrees(np.arctan2(turn[1, 0], turn[0, 0])) < -60
+
+
+@pytest.mark.parametrize("name", [n for n in (*PUNCHES, *BLOCKS, *DODGES) if BY_NAME[n].parameters["side"] == "left"])
+def test_arms_do_not_pass_through_the_body(name):
+    model = humanoid_model()
+    data = mujoco.MjData(model)
+
+    def geoms(*bodies):
+        return [g for g in range(model.ngeom) if model.body(model.geom_bodyid[g]).name in bodies]
+
+    left, right = (geoms(f"{side}_forearm", f"{side}_hand") for side in ("left", "right"))
+    trunk = geoms("head", "neck", "thorax", "abdomen", "pelvis")
+    pairs = [(a, b) for a in left + right for b in trunk] + [(a, b) for a in left for b in right]
+    for pose in library_motion(name).qpos[::4]:
+        data.qpos[:] = pose
+        mujoco.mj_kinematics(model, data)
+        assert min(mujoco.mj_geomDistance(model, data, a, b, 0.05, None) for a, b in pairs) > -0.012
 
 
 @pytest.mark.parametrize("name", [n for n in (*PUNCHES, *BLOCKS, *DODGES) if "left" in n])
