@@ -197,7 +197,7 @@ def fill_gaps(
             continue
         edges = np.flatnonzero(np.diff(np.concatenate([[True], seen, [True]]).astype(int)))
         for first, after in edges.reshape(-1, 2):
-            if after - first > longest:
+            if after - first > longest or not seen.any():
                 raise MotionFileError(
                     path,
                     f"person {person + 1}, frame {first}: joint {recording.names[joint]!r} is not seen for "
