@@ -272,7 +272,7 @@ def _estimated_toes(at: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
     up = np.zeros(3)
     up[np.argmax(np.abs(rise))] = np.sign(rise[np.argmax(np.abs(rise))])
     forward = np.cross(at["left_thigh"] - at["right_thigh"], up)
-    leg = float(np.median(np.linalg.norm(at["left_thigh"] - at["left_foot"], axis=-1)))
+    leg = max(float(np.median(np.linalg.norm(at["left_thigh"] - at["left_foot"], axis=-1))), 1e-9)
     out = {}
     for side in SIDES:
         ankle = at[f"{side}_foot"]
