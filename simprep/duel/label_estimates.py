@@ -156,9 +156,11 @@ class LogLinear(LabelEstimate):
     """The form of Eq. 9 with its two tables fitted together, where actions alike in an aspect learn from each other.
 
     log P(next | own, opponent) = own_score + opponent_score, normalised. Each score is the sum of a weight for the pair
-    of labels and the mean weight of all pairs of their aspects' qualifiers; all weights maximise the likelihood together
-    under a Gaussian prior that trusts both parts alike (`fit_log_linear`). Eq. 9 counts what is common anyway twice,
-    once in each factor; this does not.
+    of labels, one for every pair of their aspects' qualifiers and one for every qualifier of the next label; all weights
+    maximise the likelihood together under a Gaussian prior (`fit_log_linear`). So it sees from few examples what holds
+    for whole aspects, such as that a kick comes down after it went up, that the supporting foot stays, or that
+    `react` is what the opponent does. Eq. 9 must see each pair of labels for it, and counts what is common
+    anyway twice, once in each factor.
 
     Attributes:
         own_score: (K + 1, K) of next given own; the last row is for an own label that was never seen.
@@ -184,7 +186,11 @@ class LogLinear(LabelEstimate):
 
 
 def fit_log_linear(
-    triples: LabelTriples, candidates: IntArray, opponent_labels: IntArray, penalty: float = 1.0
+    triples: LabelTriples,
+    candidates: IntArray,
+    opponent_labels: IntArray,
+    aspect_penalty: float = 1.0,
+    label_penalty: float = 10.0,
 ) -> LogLinear:
     """Fit `LogLinear` by L-BFGS; the problem is convex.
 
@@ -192,7 +198,8 @@ def fit_log_linear(
         triples: observed transitions.
         candidates: codes of the player's labels in the whole example stream.
         opponent_labels: codes of the opponent's labels there.
-        penalty: precision of the Gaussian prior on a score's two parts.
+        aspect_penalty: precision of the Gaussian prior on the weights of aspects, and on each label's own.
+        label_penalty: precision of the prior on the weights of pairs of labels; greater: exceptions need more evidence.
     """
     from scipy.optimize import minimize  # late: slow to import, and only this estimate needs it
 
@@ -201,12 +208,16 @@ def fit_log_linear(
     following = row_of(labels[0], triples.next)
     given = [row_of(names, codes) for names, codes in zip(labels, (triples.own, triples.opponent), strict=True)]
     picks = [(row == np.arange(len(names) + 1)[:, None]).astype(np.float64) for names, row in zip(labels, given)]
-    qualities = [np.vstack([_qualities(names), np.zeros((1, sum(SHAPE)))]) for names in labels]
     next_qualities = _qualities(labels[0])
+    # The constant column bears the weights of the next label's qualifiers; it is all that an unseen label has.
+    unseen = np.append(np.zeros(sum(SHAPE)), 1.0)
+    qualities = [np.vstack([np.column_stack([_qualities(names), np.ones(len(names))]), unseen]) for names in labels]
     shapes: list[tuple[int, ...]] = [(k,)]
     for names in labels:
-        shapes += [(len(names) + 1, k), (sum(SHAPE), sum(SHAPE))]
-    ends = np.cumsum([int(np.prod(shape)) for shape in shapes])
+        shapes += [(len(names) + 1, k), (len(unseen), sum(SHAPE))]
+    sizes = [int(np.prod(shape)) for shape in shapes]
+    ends = np.cumsum(sizes)
+    penalty = np.repeat([aspect_penalty, label_penalty, aspect_penalty, label_penalty, aspect_penalty], sizes)
 
     def scores(flat: FloatArray) -> list[FloatArray]:
         bias, *weights = (part.reshape(shape) for part, shape in zip(np.split(flat, ends[:-1]), shapes))
@@ -226,9 +237,9 @@ def fit_log_linear(
             whole = pick @ probability
             gradient += [whole, quality.T @ whole @ next_qualities]
         slope = np.concatenate([part.ravel() for part in gradient]) + penalty * flat
-        return float(loss + 0.5 * penalty * flat @ flat), slope
+        return float(loss + 0.5 * penalty @ flat**2), slope
 
-    found = minimize(objective, np.zeros(ends[-1]), jac=True, method="L-BFGS-B", options={"maxiter": 300})
+    found = minimize(objective, np.zeros(ends[-1]), jac=True, method="L-BFGS-B", options={"maxiter": 500, "ftol": 1e-7})
     return LogLinear(triples, labels[0], labels[1], *scores(found.x))
 
 
@@ -271,9 +282,8 @@ def _softmax(score: FloatArray) -> FloatArray:
 
 
 def _qualities(codes: IntArray) -> FloatArray:
-    """(n, all qualifiers) above 0 where a label has the qualifier; rows of unit length."""
-    chosen = np.concatenate([np.eye(size)[column] for size, column in zip(SHAPE, decode(codes).T)], axis=1)
-    return np.asarray(chosen / np.sqrt(len(SHAPE)))
+    """(n, all qualifiers) 1 where a label has the qualifier."""
+    return np.concatenate([np.eye(size)[column] for size, column in zip(SHAPE, decode(codes).T)], axis=1)
 
 
 def _pair(own: ArrayLike, opponent: ArrayLike) -> IntArray:
