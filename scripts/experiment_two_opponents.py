@@ -2,8 +2,8 @@
 
 Example: python scripts/experiment_two_opponents.py --seeds 10 -o results/two_opponents
 
-Opponents are moving sources of influence (points that walk up and stop at striking distance), each with the punch that
-meets it; both count, by time to contact. Where they start, how fast they come and the phase of the walk vary with the seed.
+Opponents are moving sources of influence (points at striking distance before them that walk up and stop), each with the
+punch that meets it; both count, by time to contact. Where they start, how fast they come and the phase of the walk vary with the seed.
 Three arms, simulated with mpc; finished cases are kept in OUT/cases and not run again. About 1 minute per seed on 2 free
 cores.
 """
@@ -21,8 +21,12 @@ from simprep.study.experiment import Experiment, Setting
 from simprep.study.experiment_report import main
 
 PUNCHES = ("punch_left", "punch_right")
-SPEED_M_S = 0.7
+SPEED_M_S = 0.6
 """At which the character comes to meet them, on average."""
+STRIKE_M = 0.6
+"""An opponent stands this far behind the place at which it is a source of influence: where its fists reach to."""
+BEHIND_M = 0.9
+"""The farther opponent stops this far before the place where the nearer one is met."""
 
 
 def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
@@ -37,7 +41,7 @@ def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
     influences = []
     for number, (start, speed) in enumerate(zip(starts, speeds)):
         towards = goal - start
-        length = float(np.linalg.norm(towards)) - (0.0 if number == 0 else 0.9)
+        length = float(np.linalg.norm(towards)) - (0.0 if number == 0 else BEHIND_M)
         velocity = speed * towards / np.linalg.norm(towards)
         punch = PUNCHES[int(bearings[number] < 0)]
         influences.append(
@@ -49,16 +53,16 @@ def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
             )
         )
     punch = next(iter(influences[0].targets))
-    ends = [influence.at(influence.stops_s) for influence in influences]
-    things = tuple(
-        Obstacle(f"opponent{number}", (float(1.15 * x), float(1.15 * y), 0.85), (0.1, 0.1, 0.85), soft=True)
-        for number, (x, y) in enumerate(ends)
-    )
+    things = []
+    for number, influence in enumerate(influences):
+        way = influence.at(np.array([influence.stops_s, 0.0]))
+        x, y = way[0] + STRIKE_M * (way[1] - way[0]) / np.linalg.norm(way[1] - way[0])
+        things.append(Obstacle(f"opponent{number}", (float(x), float(y), 0.75), (0.06, 0.06, 0.75), soft=True))
     return Setting(
-        tasks=(Task((float(goal[0]), float(goal[1])), punch, tuple(influences)),),
+        tasks=(Task((float(goal[0]), float(goal[1])), punch, tuple(influences), meet=True),),
         place=(0.0, 0.0, float(rng.uniform(-0.3, 0.3))),
         frame=int(rng.integers(64)),
-        things=things,
+        things=tuple(things),
         drawn={"starts_m": starts.tolist(), "speeds_m_s": speeds.tolist(), "punch": punch},
     )
 

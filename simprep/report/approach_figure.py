@@ -88,7 +88,7 @@ def plot_approach(result: Approach, tasks: Sequence[Task], path: str | Path, tit
 def _draw_influence(plan: Any, influence: Influence, duration: float, first: bool) -> None:
     way = influence.at(np.array([0.0, duration]))
     if np.any(way[0] != way[1]):
-        plan.annotate("", way[1], way[0], arrowprops={"arrowstyle": "->", "color": "#7a4fa3", "lw": 1.2})
+        plan.plot(*way.T, "--", color="#7a4fa3", lw=1.2)
     plan.plot(*way[1], "X", color="#7a4fa3", ms=10, zorder=4, label="source of influence" if first else None)
     names = [f"{name} {share:.0%}" if share < 1 else name for name, share in influence.targets.items()]
     plan.annotate(", ".join(names), way[1], xytext=(8, -12), textcoords="offset points", fontsize=7, color="#7a4fa3")
