@@ -108,7 +108,7 @@ def show(title: str, rows: list[dict[str, Any]], keys: tuple[str, ...]) -> None:
     table = Table(*keys, title=title)
     for row in rows:
         table.add_row(*(f"{row[key]:.4g}" if isinstance(row[key], float) else str(row[key]) for key in keys))
-    Console().print(table)
+    Console(width=160).print(table)
 
 
 def main() -> None:
