@@ -19,7 +19,8 @@ class RewardSettings:
         approach: weight of f_d, how much nearer to the goal it came (paper: 0.3).
         steadiness: weight of f_alpha, how little the level of preparation changed (paper: 0.6).
         distance_norm: d_norm of f_d [m] (paper: 1).
-        power: C_alpha of f_alpha = 1 - |change|^C_alpha (paper: 2). Above 1, many small changes cost less than one large one.
+        power: C_alpha of f_alpha = 1 - |change|^C_alpha (paper: 2). Above 1, many small changes cost less than one large one. (1 - |change|)^C_alpha, another reading of Eq. 16, would make one
+            large change cheaper than many small ones, against the paper's intention.
         discount: gamma. The paper's 0.3 looks about one and a half actions ahead, and the best policy under it does not go to
             its goal: standing still earns 0.75 to 0.85 per action, and what turning round or lowering alpha costs now weighs more
             than what it brings in three actions. At 0.9 the best policy reaches the goal from everywhere (tests show both).
