@@ -1,8 +1,8 @@
 """Kicks on an arc: roundhouse with the instep to body or head, low kick with the shin to the thigh.
 
-Angles and times after the literature on kicks: knee folded 100 to 130 deg in the chamber and 10 to 30 deg at contact (30
-to 50 in a low kick), support foot turned 60 to 120 deg outward, trunk leaning 20 to 45 deg away, foot speed 10 to 14 m/s
-(Gavagan & Sayers 2017, PLoS One e0182645; Wasik 2022, J Mens Health 18:138; review: Sports 12:74, 2024). The leg is
+Angles and times are rules of thumb without a measured source: knee folded 100 to 130 deg in the chamber and 10 to 30 deg at
+contact (30 to 50 in a low kick), support foot turned 60 to 120 deg outward, trunk leaning 20 to 45 deg away. Phases and
+foot speed (about 12 m/s) after Gavagan & Sayers 2017, PLoS One e0182645, and Wasik 2022, J Mens Health 18:138. The leg is
 raised by abducting the hip and by hiking the pelvis over the standing leg, in a fixed proportion up to the hip's range.
 """
 

@@ -2,7 +2,7 @@
 
 Sources of the ranges: foot speed 5.2 to 18.3 m/s over five kicks (review, Sports 12:74, 2024); roundhouse of masters 12.3
 m/s (J Mens Health 18:138, 2022); front kick about 8 to 11 m/s, chamber and contact angles, support-foot turn and phase
-times: coaching defaults of `docs`, unconfirmed; leg 80 % extended at peak foot speed (Wasik 2011, J Hum Kinet 30:13).
+times: rules of thumb, no measured source found; leg 80 % extended at peak foot speed (Wasik 2011, J Hum Kinet 30:13).
 """
 
 import numpy as np
