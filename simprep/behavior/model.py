@@ -39,7 +39,7 @@ ENTERED = 128
 GOAL_SAMPLES = (16, 16)
 INFLUENCE_SAMPLES = (8, 32)
 OUT_OF_RANGE = int(influence_cell(np.inf, 0.0))
-_STILL_M = 0.01  # an approach by less is standing still
+_STILL_M = 0.002  # an approach by less is standing still
 _CHECKS = 8  # instants of an action at which reaching is looked for
 
 
