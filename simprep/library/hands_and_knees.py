@@ -31,7 +31,7 @@ HANDS_S, OUT_S, KNEES_S, CRAWL_S = 1.90, 2.05, 3.45, 3.65
 """Hands on the floor, first hand step, knees on the floor, first crawl step."""
 KNEE_M = 0.056
 """Height of the knee when it rests on the floor: the radius of the shank and a little."""
-FIST_M = 0.043
+FIST_M = 0.025
 """Height of the middle of a fist on the floor."""
 TOE_PITCH_DEG = -115.0
 """Pitch of the feet while kneeling: the toes on the floor behind the ankles."""
@@ -89,7 +89,7 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     rotation = np.stack([pose[1] for pose in poses], axis=1)
     qpos = np.zeros((len(times), N_QPOS))
     qpos[:, 7:] = key_poses(_trunk(), own)
-    pitch = degrees_curve((0.1, 0), (READY_S, 14), (TARGET_S, 14), (HANDS_S, 54), (2.45, 58), (KNEES_S, 65))(own)
+    pitch = degrees_curve((0.1, 0), (READY_S, 14), (TARGET_S, 14), (HANDS_S, 54), (2.45, 58), (KNEES_S, 70))(own)
     kneeling = minimum_jerk((own - KNEES_S + 0.35) / 0.35)
     hips, roll = _on_knees(ankle, style, times)
     root = axis_rotation("x", kneeling * roll) @ axis_rotation("y", pitch)
@@ -107,7 +107,7 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     on_floor = minimum_jerk((own - TARGET_S - 0.1) / (HANDS_S - TARGET_S - 0.1))[:, None]
     ends = _Ends(root, ankle, rotation, fists, on_floor)
     _place_limbs(qpos, ends)
-    over = key_curve([0.1, TARGET_S, HANDS_S], [CENTRE_M, CENTRE_M + 0.02, 0.13])(own)
+    over = key_curve([0.1, TARGET_S, HANDS_S], [CENTRE_M, CENTRE_M + 0.02, 0.16])(own)
     over += np.where(later, style.distance, 0.0)
     _keep_over_feet(qpos, ends, over, 1 - minimum_jerk((own - HANDS_S + 0.2) / 0.8))
     _check_limits(qpos)
@@ -123,7 +123,7 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
 
 
 _PELVIS = (
-    (0.1, 0.0, 0.915), (READY_S, -0.02, 0.885), (TARGET_S, -0.02, 0.885), (HANDS_S, -0.17, 0.69), (2.45, 0.04, 0.645),
+    (0.1, 0.0, 0.915), (READY_S, -0.02, 0.885), (TARGET_S, -0.02, 0.885), (HANDS_S, -0.13, 0.665), (2.45, 0.04, 0.645),
     (2.95, 0.38, 0.59), (KNEES_S, 0.74, 0.478),
 )  # fmt: skip
 """Middle between the hips until kneeling: (time [s], x, z [m]); x until the hands are down is corrected for the COM."""
@@ -152,7 +152,7 @@ def _half_steps(style: HandsAndKneesStyle) -> list[tuple[float, str, float]]:
 def _foot(side: str, style: HandsAndKneesStyle, end: float) -> FootPath:
     stances, start, place, via = [], 0.0, 0.0, []
     kneeling = KNEES_S - 0.1
-    down = [(HANDS_S - 0.1, 0.0), (2.4, -32.0), (2.9, -75.0), (kneeling, TOE_PITCH_DEG)]
+    down = [(HANDS_S + 0.12, 0.0), (2.5, -32.0), (2.95, -75.0), (kneeling, TOE_PITCH_DEG)]
     up = [(end - time, degrees) for time, degrees in reversed(down)]
     pitch = degrees_curve(*down, *up)
     toes_down = FootPath(side, (Stance(0.0, end, 0.0, SIGNS[side] * BESIDE_M, 0.0),), pitch=pitch)
