@@ -311,4 +311,6 @@ def trunk_and_arms(
     return root, hinges
 
 
-ENTRIES = (Entry("walk", "locomotion", "walks forward at a normal pace", walk, {"speed_m_s": 1.35}),)
+ENTRIES = (
+    Entry("walk", "locomotion", "walks forward at a normal pace", walk, {"speed_m_s": round(WalkStyle().speed, 2)}),
+)
