@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.errors import MotionError
-from simprep.humanoid import BODIES, HINGES, LEG_JOINTS, N_QPOS, SIDES, hinge_index, humanoid_model
+from simprep.humanoid import BODIES, LEG_JOINTS, N_QPOS, SIDES, hinge_index
 from simprep.library.curves import FPS, key_curve, minimum_jerk
 from simprep.library.entry import Entry
 from simprep.library.feet import FootPath, Stance
@@ -22,6 +21,7 @@ from simprep.library.limbs import SIGNS, arm_angles, leg_angles, limb_lengths
 from simprep.library.posture import RELAXED, Pose, key_poses
 from simprep.library.stand import CENTRE_M
 from simprep.library.target import degrees_curve
+from simprep.library.whole_body import check_limits
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import axis_rotation
@@ -110,7 +110,7 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     over = key_curve([0.1, TARGET_S, HANDS_S], [CENTRE_M, CENTRE_M + 0.02, 0.16])(own)
     over += np.where(later, style.distance, 0.0)
     _keep_over_feet(qpos, ends, over, 1 - minimum_jerk((own - HANDS_S + 0.2) / 0.8))
-    _check_limits(qpos)
+    check_limits(qpos)
     events = {"target": TARGET_S, "low": KNEES_S, "rise": end - KNEES_S}
     return Motion(
         qpos=qpos,
@@ -249,18 +249,6 @@ def _keep_over_feet(
         _place_limbs(qpos, ends)
     qpos[:, 0] = planned + weight * (qpos[:, 0] - planned)
     _place_limbs(qpos, ends)
-
-
-def _check_limits(qpos: NDArray[np.float64]) -> None:
-    low, high = humanoid_model().jnt_range[1:].T
-    excess = np.maximum(low - qpos[:, 7:], qpos[:, 7:] - high)
-    frame, hinge = np.unravel_index(int(np.argmax(excess)), excess.shape)
-    if excess[frame, hinge] > np.radians(0.5):
-        raise MotionError(
-            f"frame {frame}: {HINGES[hinge]} at {np.degrees(qpos[frame, 7 + hinge]):.1f} deg; "
-            f"valid: {np.degrees(low[hinge]):.0f} to {np.degrees(high[hinge]):.0f}"
-        )
-    qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
 
 
 _STYLE = HandsAndKneesStyle()

@@ -110,7 +110,7 @@ def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
         )
         kinematics = _follow_com(plan, qpos, com)
         limb_part = _limb_zmp(plan, kinematics)
-    _check_limits(plan, qpos)
+    check_limits(qpos, plan.body)
     return qpos
 
 
@@ -172,9 +172,17 @@ def _padded(kinematics: Kinematics, shift: NDArray[np.float64], turn: float) -> 
     )
 
 
-def _check_limits(plan: Plan, qpos: NDArray[np.float64]) -> None:
-    model = humanoid_model(plan.body)
-    low, high = model.jnt_range[1:].T
+def check_limits(qpos: NDArray[np.float64], body: Body = DEFAULT_BODY) -> None:
+    """Clip hinges to their ranges, in place.
+
+    Args:
+        qpos: (T, 44) poses.
+        body: the humanoid.
+
+    Raises:
+        MotionError: a pose leaves the joint limits by more than 0.5 deg.
+    """
+    low, high = humanoid_model(body).jnt_range[1:].T
     excess = np.maximum(low - qpos[:, 7:], qpos[:, 7:] - high)
     frame, hinge = np.unravel_index(int(np.argmax(excess)), excess.shape)
     if excess[frame, hinge] > np.radians(0.5):
