@@ -1,11 +1,12 @@
 """How good is the behaviour controller? Learned against best, against two baselines, and what its settings are worth.
 
-Writes results/controller/study.json and learning_curve.png, and prints tables. About two minutes on one core.
+Writes results/controller/study.json and learning_curve.png, and prints tables. A few minutes on one core.
 
     python scripts/controller_study.py
 """
 
 import argparse
+import sys
 from dataclasses import asdict, replace
 from pathlib import Path
 from time import process_time
@@ -130,7 +131,7 @@ def main() -> None:
     arrivals = best_arrivals(settings)["rows"]
     show("Best policies", arrivals, ("cores", "discount", "mean_return", "arrival_share_from_elsewhere"))
     content = {
-        "schema": "simprep.controller_study/1", **provenance(()), "command": "python scripts/controller_study.py",
+        "schema": "simprep.controller_study/1", **provenance(()), "command": " ".join(["python", "scripts/controller_study.py", *sys.argv[1:]]),
         "learning": learned, "learning_curve": [asdict(point) for point in training.curve], "random_starts": starts,
         "between_obstacles": obstacles, "best_policies": arrivals,
     }  # fmt: skip
