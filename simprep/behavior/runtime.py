@@ -15,7 +15,7 @@ from simprep.behavior.alpha_filter import filter_kernel
 from simprep.behavior.influence import style_from_vectors, style_vector
 from simprep.behavior.runtime_locomotion import CoreNodes, LocomotionStream
 from simprep.errors import SettingError
-from simprep.humanoid import humanoid_model
+from simprep.humanoid import UPPER_BODY_HINGES, humanoid_model
 from simprep.motion.motion import Motion
 from simprep.preparation.blending import joint_weights
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -35,7 +35,8 @@ class RuntimeSettings:
         smoothing: standard deviation of the Gaussian over alpha and style [s] (`simprep.behavior.alpha_filter`).
         look_back: least part of a window that was shown already [s].
         look_ahead: part of a window beyond its action [s].
-        fade: time over which what differs at the joint of two windows dies away [s].
+        fade: time over which what differs at the joint of two windows dies away [s]; half of it for the legs and the root
+            height, since a foot in the air may soon land.
 
     Raises:
         SettingError: a time that is not positive.
@@ -200,13 +201,15 @@ class Character:
 
     def _join(self, qpos: Array, window: Array) -> None:
         """Let what differs from the frames already shown die away, in place: hinges and root height."""
-        shown = self._qpos[-len(window) :]
-        columns = np.r_[2, 7:44]
-        gap = (shown - window)[:, columns]
-        slope = gap[-1] - gap[-2] if len(gap) > 1 else np.zeros(len(columns))
-        frames = min(round(self.settings.fade * self.fps), len(qpos))
-        x = np.arange(1, frames + 1)[:, None] / (frames + 1)
-        fade = gap[-1] * (1 + 2 * x) * (1 - x) ** 2 + slope * (frames + 1) * x * (1 - x) ** 2
-        qpos[:frames, columns] += fade
+        shown, made = self._qpos[-len(window) :], qpos[:, 7:].copy()
+        upper = np.arange(7, 7 + len(UPPER_BODY_HINGES))
+        lower = np.r_[2, 7 + len(UPPER_BODY_HINGES) : 44]
+        for columns, share in ((upper, 1.0), (lower, 0.5)):
+            gap = (shown - window)[:, columns]
+            slope = gap[-1] - gap[-2] if len(gap) > 1 else np.zeros(len(columns))
+            frames = min(round(share * self.settings.fade * self.fps), len(qpos))
+            x = np.arange(1, frames + 1)[:, None] / (frames + 1)
+            fade = gap[-1] * (1 + 2 * x) * (1 - x) ** 2 + slope * (frames + 1) * x * (1 - x) ** 2
+            qpos[:frames, columns] += fade
         low, high = humanoid_model(self.stream.body).jnt_range[1:].T
-        qpos[:frames, 7:] = np.clip(qpos[:frames, 7:], low, high)
+        qpos[:, 7:] = np.where(np.abs(qpos[:, 7:] - made) > 0, np.clip(qpos[:, 7:], low, high), qpos[:, 7:])
