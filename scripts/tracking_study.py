@@ -1,20 +1,23 @@
 """Does `mpc` keep the humanoid on its feet? Every built-in motion, and captured clips where given, over several seeds.
 
-Example: python scripts/tracking_study.py --clips ../shared/data/deepmimic --seeds 5 -o results/tracking
+Example: python scripts/tracking_study.py --clips FOLDER --motions walk jump --seeds 5 -o results/tracking
 
-Built-in walk for 20 s and every built-in target; with --clips the files humanoid3d_{walk,run,punch,kick,jump,crawl}.txt
-of that folder (cyclic ones for 6 s). Writes OUT/tracking.json and prints a table. Run it alone, since it times.
+The built-in motions (loops for 3 s, the walk for 20 s); with --clips also the DeepMimic files
+humanoid3d_{walk,run,punch,kick,jump,crawl}.txt of that folder (cyclic ones for 6 s). Writes OUT/tracking.json and
+OUT/tracking.md. Run it alone, since it times.
 """
 
 import argparse
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from simprep.errors import SimprepError
+from simprep.files import atomic_path
 from simprep.library import library_motion, library_names
 from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.edit import repeat
@@ -33,10 +36,8 @@ def looped(motion: Motion, seconds: float) -> Motion:
     return repeat(motion, int(np.ceil(seconds / motion.duration - 1e-9))) if motion.loop else motion
 
 
-def motions(clips: Path | None) -> dict[str, Motion]:
-    chosen = {
-        f"built-in {name}": looped(library_motion(name), WALK_S if name == "walk" else 3.0) for name in library_names()
-    }
+def motions(names: list[str], clips: Path | None) -> dict[str, Motion]:
+    chosen = {f"built-in {name}": looped(library_motion(name), WALK_S if name == "walk" else 3.0) for name in names}
     if clips is not None:
         for name in CLIPS:
             clip = load_motion(clips / f"humanoid3d_{name}.txt")
@@ -45,9 +46,29 @@ def motions(clips: Path | None) -> dict[str, Motion]:
     return chosen
 
 
+def markdown(summaries: list[dict[str, Any]]) -> str:
+    runs, good = sum(s["n"] for s in summaries), sum(s["success"] for s in summaries)
+    whole = sum(s["success"] == s["n"] for s in summaries)
+    failed = [f"{s['motion']} ({s['n'] - s['success']} of {s['n']})" for s in summaries if s["success"] < s["n"]]
+    lines = [
+        f"`mpc`, {len(summaries)} motions, {runs} runs: {good} succeeded; {whole} motions succeeded with every seed.",
+        f"Failed: {', '.join(failed) or 'none'}.",
+        "",
+        "| motion | success | MPJPE mm | worst | global mm | slip ratio | penetration mm |",
+        "| --- | --- | --- | --- | --- | --- | --- |",
+    ]
+    for s in summaries:
+        m, w = s["median"], s["worst"]
+        cells = [m["mpjpe_mm"], w["mpjpe_mm"], m["g_mpjpe_mm"], m["foot_slip_ratio"], w["penetration_mm"]]
+        shown = ["-" if v is None else f"{v:.1f}" if n == 3 else f"{v:.0f}" for n, v in enumerate(cells)]
+        lines.append(f"| {s['motion']} | {s['success']}/{s['n']} | {' | '.join(shown)} |")
+    return "\n".join(lines) + "\n"
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--clips", type=Path, help="folder with DeepMimic clips")
+    parser.add_argument("--motions", nargs="*", default=list(library_names()), help="built-in motions; default all")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("-o", "--out", type=Path, default=Path("results/tracking"))
     options = parser.parse_args()
@@ -56,7 +77,7 @@ def main() -> int:
     )
     rows, summaries = [], []
     try:
-        chosen = motions(options.clips)
+        chosen = motions(options.motions, options.clips)
     except SimprepError as error:
         print(error, file=sys.stderr)
         return 2
@@ -90,7 +111,10 @@ def main() -> int:
     content = {"schema": "simprep.tracking_study/1", **provenance(sys.argv), "summary": summaries, "runs": rows}
     path = write_json(options.out / "tracking.json", content)
     Console(width=130).print(table)
-    print(f"written: {path}")
+    text = markdown(summaries)
+    with atomic_path(options.out / "tracking.md") as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    print(f"written: {path}, {options.out / 'tracking.md'}")
     return 0
 
 
