@@ -3,7 +3,8 @@
 Example: python scripts/bench.py --json
 
 Prints `import_fps` (a BVH file to a cleaned motion), `fk_fps` (forward kinematics), `preparation_fps` (blending,
-inverse kinematics and posture optimisation, one core), `sim_steps_per_s_1` and `_2` (simulation steps of the standing
+inverse kinematics and posture optimisation, one core), `runtime_fps` and `runtime_plain_fps` (the run-time controller, policy
+included, with and without posture optimisation, one core; 60 per character), `sim_steps_per_s_1` and `_2` (simulation steps of the standing
 humanoid on one and two threads), `mpc_s_per_s` (computing time per second of motion), `mpc_overhead_share` (share of it
 spent outside MuJoCo) and `peak_rss_mb`.
 """
@@ -18,6 +19,7 @@ import resource
 import sys
 import tempfile
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
@@ -25,6 +27,11 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
+from simprep.behavior.influence import Influence
+from simprep.behavior.runtime import RuntimeSettings
+from simprep.behavior.runtime_approach import approach
+from simprep.behavior.runtime_leg import Task
+from simprep.behavior.runtime_world import library_world
 from simprep.humanoid import standing_qpos
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
@@ -118,6 +125,20 @@ def import_rate(file: Path | None) -> float:
         return best_rate(lambda: float(len(load_motion(path))), repeats=2)
 
 
+def runtime_rate(optimise: bool) -> float:
+    """Frames per second of approaches under the policy, planning included, on one core."""
+    goals = [(2.0, 0.3), (2.5, -0.6), (1.6, 0.0)]
+    world = replace(library_world(["punch_right"]), settings=RuntimeSettings(optimise=optimise))
+    tasks = [Task(goal, "punch_right", (Influence(goal, {"punch_right": 1.0}),)) for goal in goals]
+    approach(world, tasks[:1])  # what is worked out once is not part of the rate
+
+    def rate() -> float:
+        results = [approach(world, [task]) for task in tasks]
+        return sum(r.frames for r in results) / sum(r.synthesis_s + r.policy_s for r in results)
+
+    return max(rate() for _ in range(3))
+
+
 def measure(file: Path | None) -> dict[str, float]:
     """Every number of the benchmark."""
     walk, punch = library_motion("walk"), library_motion("punch_right")
@@ -128,6 +149,8 @@ def measure(file: Path | None) -> dict[str, float]:
         "import_fps": import_rate(file),
         "fk_fps": best_rate(lambda: float(len(forward_kinematics(poses).com))),
         "preparation_fps": best_rate(lambda: float(len(prepare(walk, punch, alpha).motion))),
+        "runtime_fps": runtime_rate(True),
+        "runtime_plain_fps": runtime_rate(False),
         "sim_steps_per_s_1": simulation_rate(1),
         "sim_steps_per_s_2": simulation_rate(2),
     }

@@ -8,6 +8,8 @@ import numpy as np
 from simprep.behavior.graph import MotionGraph
 from simprep.report.figures import COLOURS, new_figure, save_figure
 
+_PALETTE = (*COLOURS, "#1b9e9e", "#d1659b", "#7f6a3f")
+
 
 def plot_graph(graph: MotionGraph, path: str | Path, families: Mapping[str, str] | None = None) -> Path:
     """Draw a motion graph.
@@ -26,8 +28,8 @@ def plot_graph(graph: MotionGraph, path: str | Path, families: Mapping[str, str]
     families = families or {}
     order = sorted(graph.targets, key=lambda name: families.get(name, ""))
     groups = list(dict.fromkeys(families.get(name, "") for name in order))
-    colour = {group: COLOURS[index % len(COLOURS)] for index, group in enumerate(groups)}
-    figure = new_figure(11.5, 11.5)
+    colour = {group: _PALETTE[index % len(_PALETTE)] for index, group in enumerate(groups)}
+    figure = new_figure(10.0, 10.0)
     axes = figure.add_subplot()
     corner = 2 * np.pi * np.arange(len(graph.core)) / max(len(graph.core), 1) + np.pi / 4
     place = {name: 0.30 * np.array([np.cos(a), np.sin(a)]) for name, a in zip(graph.core, corner)}
@@ -42,10 +44,10 @@ def plot_graph(graph: MotionGraph, path: str | Path, families: Mapping[str, str]
     core = set(graph.core)
     for (source, target), distance in sorted(nearest.items(), key=lambda item: -item[1]):
         a, b = place[source], place[target]
-        strength = 0.1 + 0.8 * (1 - distance / limit)
+        strength = 0.2 + 0.7 * (1 - distance / limit)
         inner = source in core and target in core
         axes.annotate(
-            "", b, a, arrowprops={
+            "", b, a, zorder=4 if inner else 2, arrowprops={
                 "arrowstyle": "->" if inner else "-", "alpha": strength, "lw": 1.6 if inner else 0.8, "shrinkA": 14, "shrinkB": 8,
                 "color": "black" if inner else colour[families.get(target if source in core else source, "")],
                 "connectionstyle": f"arc3,rad={0.18 if inner else 0.04}",

@@ -96,7 +96,12 @@ class CaseKey:
 
 
 def run_cases(
-    experiment: Experiment, seeds: int, folder: Path, progress: Progress | None = None, policy: Policy | None = None
+    experiment: Experiment,
+    seeds: int,
+    folder: Path,
+    progress: Progress | None = None,
+    policy: Policy | None = None,
+    fresh: bool = False,
 ) -> list[dict[str, Any]]:
     """Run every case that has no result in the folder yet, and read the others.
 
@@ -106,6 +111,8 @@ def run_cases(
         folder: `cases/` of it receives one JSON file per case, `motions/` the motions of the first seed.
         progress: called with what is done, the number of finished cases, and of all.
         policy: None for the best policy by value iteration.
+        fresh: run every case again; results of another version of simprep are never used, but motions, policy and task may
+            have changed within one.
 
     Returns:
         The content of every case, by seed, then arm.
@@ -117,7 +124,7 @@ def run_cases(
         if progress:
             progress(key.slug, done, len(keys))
         path = folder / "cases" / f"{key.slug}.json"
-        known = _known(path, experiment, key)
+        known = None if fresh else _known(path, experiment, key)
         if known is None:
             if not worlds:
                 worlds = build_worlds(experiment, policy)

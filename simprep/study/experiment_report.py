@@ -125,6 +125,7 @@ def main(experiment: Experiment, description: str) -> int:
     parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--seeds", type=int, default=10, help="how many seeds, from 0 (default 10)")
     parser.add_argument("-o", "--out", type=Path, default=Path("results") / experiment.name)
+    parser.add_argument("--fresh", action="store_true", help="run finished cases again")
     parser.add_argument("--no-pictures", action="store_true")
     options = parser.parse_args()
     if options.seeds < 1:
@@ -134,7 +135,7 @@ def main(experiment: Experiment, description: str) -> int:
         print(f"{experiment.name} {done}/{of} {what}", file=sys.stderr, flush=True)
 
     try:
-        cases = run_cases(experiment, options.seeds, options.out, progress)
+        cases = run_cases(experiment, options.seeds, options.out, progress, fresh=options.fresh)
         summary = summarise(cases)
         files: list[Path] = []
         if not options.no_pictures:
