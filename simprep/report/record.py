@@ -63,17 +63,18 @@ def provenance(arguments: Sequence[str]) -> dict[str, Any]:
     """What a result must say to be repeated: command, time, versions, machine.
 
     Args:
-        arguments: the command line after `simprep`.
+        arguments: the command line after `simprep`, or a script's whole `sys.argv`.
 
     Returns:
         Keys `command`, `created_utc`, `versions`, `platform`.
     """
+    program = "python" if arguments and arguments[0].endswith(".py") else "simprep"
     versions = {"python": platform.python_version()}
     for package in PACKAGES:
         with contextlib.suppress(metadata.PackageNotFoundError):
             versions[package] = metadata.version(package)
     return {
-        "command": " ".join(["simprep", *arguments]),
+        "command": " ".join([program, *arguments]),
         "created_utc": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         "versions": versions,
         "platform": {"system": platform.system(), "machine": platform.machine(), "cpus": os.cpu_count()},
