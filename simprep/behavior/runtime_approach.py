@@ -22,6 +22,7 @@ Array = NDArray[np.float64]
 
 NEAR_M = 1.5
 """Two obstacles nearer than this: the style is kept between them."""
+_SETTLES_S = 0.5
 KEPT = 0.6
 """Level of preparation kept there: the lowest of the policy's levels that is not below 0.5."""
 
@@ -38,8 +39,8 @@ class Approach:
         level: (T,) level of preparation in effect; NaN while a target plays.
         actions: what was chosen.
         launches: frames of the launches.
-        alpha_at_influence: level of preparation in effect when the first target was launched (without a target: at
-            the end); None where the goal was not reached.
+        alpha_at_influence: level of preparation in effect half a second after the first source of influence was reached, when the
+            filter has settled, or at the launch where that is sooner; None where none was reached.
         max_alpha_jump: largest change of the commanded level between two actions, the forced one included.
         frames: how many were synthesised by the character.
         synthesis_s: computing time it took [s].
@@ -118,7 +119,6 @@ def approach(
     done = len(parts) == len(tasks) and parts[-1].reached
     reached_at = parts[-1].reach_frame
     fps = world.graph.settings.fps
-    alphas = [level[at - 1] for at in launches] or [level[-1]]
     return Approach(
         motion=replace(whole, name="_".join(["approach", *(task.target for task in tasks if task.target)])),
         reached=done,
@@ -126,12 +126,20 @@ def approach(
         level=level,
         actions=tuple(actions),
         launches=tuple(launches),
-        alpha_at_influence=float(alphas[0]) if parts[0].reached else None,
+        alpha_at_influence=_alpha_at_influence(parts, level, launches, fps),
         max_alpha_jump=max((action.jump for action in actions), default=0.0),
         frames=sum(len(leg.character) for leg in parts),
         synthesis_s=sum(leg.character.synthesis_s for leg in parts),
         policy_s=sum(leg.policy_s for leg in parts),
     )
+
+
+def _alpha_at_influence(legs: Sequence[Leg], level: Array, launches: Sequence[int], fps: float) -> float | None:
+    first = legs[0]
+    if first.met_frame is None:
+        return None
+    last = launches[0] - 1 if launches else len(first.character) - 1
+    return float(level[min(first.met_frame + round(_SETTLES_S * fps), last)])
 
 
 def near_obstacles(first: Sequence[float], second: Sequence[float]) -> float:

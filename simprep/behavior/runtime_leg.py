@@ -144,6 +144,7 @@ class Leg:
         self.actions: list[ActionRecord] = []
         self._met: set[int] = set()
         self.reach_frame: int | None = None
+        self.met_frame: int | None = None
         self.policy_s = 0.0
         names = dict.fromkeys(name for influence in task.influences for name in influence.targets)
         self._styles = {name: world.style(name) for name in names}
@@ -217,6 +218,8 @@ class Leg:
             near = np.linalg.norm(path - task.influences[nearest].at(times), axis=1) < REACH_M
             if near.any():
                 self._met.add(nearest)
+                if self.met_frame is None:
+                    self.met_frame = len(character) + int(near.argmax())
                 forced = world.prepare
                 if forced:
                     commands[int(near.argmax()) :] = 1.0

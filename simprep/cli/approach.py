@@ -121,11 +121,12 @@ class Approach:
         write_json(self.out / "metrics.json", content)
         where = "not reached" if result.time_s is None else f"reached after {result.time_s:.2f} s"
         output.say(f"goal {where}, {len(result.actions)} actions; launch at {content['launch_s']} s")
-        if result.alpha_at_influence is not None:
-            output.say(
-                f"alpha at the launch {result.alpha_at_influence:.2f}, largest jump {result.max_alpha_jump:.2f}, "
-                f"{result.fps:.0f} frames/s"
-            )
+        at = (
+            "no source of influence reached"
+            if result.alpha_at_influence is None
+            else f"{result.alpha_at_influence:.2f}"
+        )
+        output.say(f"alpha at the influence: {at}; largest jump {result.max_alpha_jump:.2f}; {result.fps:.0f} frames/s")
         if run is not None:
             output.say(f"simulated with mpc: {run[0].end} at {run[0].end_s:.2f} s ({run[0].end_reason})")
         output.say(f"written: {', '.join(map(str, files))}")

@@ -28,6 +28,8 @@ from simprep.study.experiment import (
 )
 
 SCHEMA = "simprep.experiment/1"
+STRIKE_FRAMES = 24
+"""Frames after the launch at which the film strip shows a target that marks no impact."""
 BOOTSTRAP_SEED = 2013
 COMPARISONS = (("blended", "none"), ("optimised", "none"), ("optimised", "blended"))
 METRICS = (*LAUNCH_METRICS, "success", "mpjpe_mm", "torque_rms_nm")
@@ -90,6 +92,7 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
     marks: dict[str, float] = {}
     things: tuple[Obstacle, ...] = ()
     longest = 0.0
+    moments: list[float] = []  # of every arm, so that each shows its targets
     for arm in ARMS:
         setting, result = make_approach(experiment, 0, worlds[arm])
         title = f"{experiment.title}: {LABELS[arm]}"
@@ -99,6 +102,10 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
             continue
         planned, simulated = motions
         things = setting.things
+        shown = (
+            [planned.events["impact"]] if "impact" in planned.events else [at + STRIKE_FRAMES for at in result.launches]
+        )
+        moments += [frame / planned.fps for frame in shown]
         note = "" if simulated.duration > planned.duration - 0.1 else f"fell at {simulated.duration:.2f} s"
         launched = ", ".join(f"{at / planned.fps:.2f} s" for at in result.launches)
         rows.append(Row(f"{LABELS[arm]}, simulated with mpc; launch at {launched}", simulated, note or "ended"))
@@ -106,8 +113,14 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
             longest = simulated.duration
             marks = {f"launch {number + 1}": at / planned.fps for number, at in enumerate(result.launches)}
     if rows:
-        columns = int(np.clip(round(longest / 0.7), 8, 16))
-        strip = StripSettings(columns=columns, marks=marks, scene=SceneSettings(obstacles=things), azimuth_deg=118.0)
+        even = np.linspace(0.0, longest, int(np.clip(round(longest / 0.7), 7, 13)))
+        times = [time for time in even if np.abs(np.array([*moments, np.inf]) - time).min() > 0.15]
+        strip = StripSettings(
+            times_s=tuple(sorted({*times, *moments})),
+            marks=marks,
+            scene=SceneSettings(obstacles=things),
+            azimuth_deg=118.0,
+        )
         files.append(save_film_strip(rows, folder / f"strip_{experiment.name}.png", strip))
     return files
 

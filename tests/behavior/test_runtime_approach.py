@@ -45,6 +45,7 @@ def test_it_gets_there_prepared_and_without_jumps(world):
 def test_without_preparation_it_walks_on_and_launches(world):
     result = approach(replace(world, prepare=False), [one((2.0, 0.0))])
     assert result.reached
+    assert result.alpha_at_influence == 0
     assert (result.level[: result.launches[0]] == 0).all()
     assert result.max_alpha_jump == 0
     assert result.time_s < approach(world, [one((2.0, 0.0))]).time_s
