@@ -86,9 +86,9 @@ def cross_right() -> Motion:
 _RIGHT = Entry(
     "punch_right",
     "punch",
-    "cross of the right hand to the head",
+    "cross of the right hand to the chest",
     cross_right,
-    {"side": "right", "type": "cross", "height": "head"},
+    {"side": "right", "type": "cross", "height": "chest"},
 )
 
-ENTRIES = (mirrored(_RIGHT, "punch_left", "cross of the left hand to the head"), _RIGHT)
+ENTRIES = (mirrored(_RIGHT, "punch_left", "cross of the left hand to the chest"), _RIGHT)
