@@ -12,7 +12,10 @@ from pathlib import Path
 from simprep.library import library_motion
 from simprep.report.contact_sheet import save_contact_sheet
 
-NAMES = ("walk", "punch_left", "punch_right", "kick_front", "crawl", "duck", "jump")
+NAMES = (
+    "walk", "walk_turn_left", "guard_left_lead_forward", "jab_left_head", "hook_right_head", "kick_front",
+    "roundhouse_right_head", "weave_left", "crawl_hands_knees", "duck", "jump_over_high",
+)  # fmt: skip
 
 
 def main() -> int:
