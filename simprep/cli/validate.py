@@ -52,7 +52,7 @@ class Validate:
     """Number of seeds, from 0. pd has no random numbers and runs once."""
 
     full: bool = False
-    """All built-in targets and levels 0.3, 0.5, 0.7, 1, where not given otherwise."""
+    """Six targets of all kinds and levels 0.3, 0.5, 0.7, 1, where not given otherwise."""
 
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="DIR")] = Path("results/validate")
     """Folder for the results."""
