@@ -108,17 +108,30 @@ def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
                 plan.com_height,
             ]
         )
-        kinematics = _follow_com(plan, qpos, com)
+        kinematics = follow_com(plan, qpos, com)
         limb_part = _limb_zmp(plan, kinematics)
     check_limits(qpos, plan.body)
     return qpos
 
 
-def _follow_com(plan: Plan, qpos: NDArray[np.float64], com: NDArray[np.float64], tolerance: float = 1e-6) -> Kinematics:
-    """Move the pelvis in place until the COM is on its path; the legs follow."""
+def follow_com(
+    plan: Plan, qpos: NDArray[np.float64], com: NDArray[np.float64], tolerance: float = 1e-6, passes: int = 40
+) -> Kinematics:
+    """Move the pelvis until the COM is on its path; the legs follow.
+
+    Args:
+        plan: feet, and rotation of the pelvis.
+        qpos: (T, 44) poses, changed in place: root position and legs.
+        com: (T, 3) wanted COM [m].
+        tolerance: largest distance from it [m].
+        passes: after so many it is given up.
+
+    Returns:
+        Kinematics of the poses.
+    """
     if not qpos[:, :3].any():
         qpos[:, :3] = com - [0.0, 0.0, 0.06]
-    for _ in range(40):
+    for _ in range(passes):
         _place_legs(plan, qpos)
         kinematics = forward_kinematics(qpos, plan.body)
         error = com - kinematics.com

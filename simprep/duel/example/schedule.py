@@ -1,0 +1,345 @@
+"""Who does what when: an asynchronous bout, drawn from the policies action by action.
+
+Whoever's action ends first chooses the next. Labels come from the policy alone; how far and where to step follows from the
+distance, and a waiting fighter's action ends a reaction time after the opponent's attack began, so that the answer comes
+neither before the attack can be seen nor long after.
+"""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.example.kinds import KIND_OF, SIDES, attacks, context_of, label_of
+from simprep.duel.example.policy import GeneratingPolicy
+from simprep.duel.example.presets import ExampleSettings, duration_range
+from simprep.duel.labels import LEARNED_ASPECTS, Label
+
+FloatArray = NDArray[np.float64]
+FPS = 60.0
+"""Frames are counted at this rate; all cuts are even, so that half of the frames are a stream at 30 per second."""
+GRID = 2
+SHORTEST_S, LONGEST_S = 0.34, 1.25
+"""To which a waiting action may be shortened and stretched when the opponent attacks [s]."""
+OFFSETS = {"left": np.array([[0.20, 0.11], [-0.20, -0.13]]), "right": np.array([[-0.20, 0.13], [0.20, -0.11]])}
+"""Left and right foot from the middle of the stance, forward and left, by the foot in front [m]."""
+TOES_OUT = {"left": np.radians([8.0, 32.0]), "right": np.radians([32.0, 8.0])}
+SKIP_M = 0.12
+"""A kick that would miss by more begins with a step of the standing foot [m]."""
+STANCE_M = np.array([[0.24, 0.16], [0.52, 0.34]])
+"""Shortest and longest distance of the feet along and across where one of them steps [m]."""
+FORWARD_M, BACKWARD_M, ONE_FOOT_M = 0.50, 0.40, 0.20
+"""Longest step with both feet, and shift of the stance where one foot alone moves [m]."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """One foot is lifted and put down.
+
+    Attributes:
+        foot: 0 left, 1 right.
+        lift: share of the action at which it leaves the floor; may lie before 0 for none.
+        land: the same for touch-down; above 1: in the next action.
+        place: (2,) where it is put down, world [m].
+        toes: direction of the foot then, world [rad].
+    """
+
+    foot: int
+    lift: float
+    land: float
+    place: FloatArray
+    toes: float
+
+
+@dataclass
+class Planned:
+    """One action of one fighter. Mutable while its end may still move.
+
+    Attributes:
+        player: 0 or 1.
+        start: first frame, at 60 per second.
+        end: frame at which the next begins.
+        kind: of `kinds.KINDS`.
+        first: foot on which it begins, L, R or F.
+        last: foot on which it ends.
+        react: qualifier of the label.
+        answers: number of the opponent's action that was under way when this one began, -1 for none.
+        role: what a neutral action is for: `guard`, `step`, `feint`, `block`, `dodge`, `retreat`, `hit`; otherwise the kind.
+        steps: of the feet.
+        heading: direction faced at the end [rad].
+        flight: how long the body flies around the end [s].
+        strength: how deep the force minimum at the end is, in body weights.
+        skips: before a kick the standing foot steps too, while the kicking one bears the weight for a moment.
+    """
+
+    player: int
+    start: int
+    end: int
+    kind: str
+    first: str
+    last: str
+    react: str
+    answers: int
+    role: str
+    steps: list[Step] = field(default_factory=list)
+    heading: float = 0.0
+    flight: float = 0.0
+    strength: float = 0.35
+    skips: bool = False
+
+    @property
+    def code(self) -> int:
+        """Label code."""
+        return label_of(self.kind, self.react, f"{self.first}-{self.last}").code
+
+
+class Fighter:
+    """State of one fighter while the bout is drawn."""
+
+    def __init__(self, player: int, lead: str, place: FloatArray, heading: float) -> None:
+        self.player, self.lead, self.heading = player, lead, heading
+        self.feet = place + turned(OFFSETS[lead], heading)
+        self.initial_feet = self.feet.copy()
+        self.initial_toes = heading + np.array([1.0, -1.0]) * TOES_OUT[lead]
+        self.done: list[Planned] = []
+        self.adapted = False
+        self.before = place
+
+    @property
+    def centre(self) -> FloatArray:
+        """Middle between the feet once the present action is over."""
+        return np.asarray(self.feet.mean(axis=0))
+
+    @property
+    def now(self) -> Planned:
+        """The present action."""
+        return self.done[-1]
+
+    def at(self, frame: int) -> int:
+        """Number of the action under way in a frame: the present or the one before."""
+        return len(self.done) - (1 if self.now.start <= frame or len(self.done) == 1 else 2)
+
+
+def turned(vectors: FloatArray, angle: float) -> FloatArray:
+    """Vectors on the floor (..., 2), turned [rad]."""
+    c, s = np.cos(angle), np.sin(angle)
+    return np.asarray(vectors @ np.array([[c, s], [-s, c]]))
+
+
+def draw_clip(
+    settings: ExampleSettings, policies: tuple[GeneratingPolicy, GeneratingPolicy], rng: np.random.Generator
+) -> tuple[Fighter, Fighter]:
+    """Draw one clip.
+
+    Args:
+        settings: distances, times.
+        policies: of A and B.
+        rng: source of chance.
+
+    Returns:
+        Both fighters with all their actions, which end together.
+    """
+    length = GRID * round(settings.clip_s * FPS / GRID)
+    half = 0.5 * settings.distance_m * rng.uniform(0.95, 1.1)
+    leads = ("left", "right" if rng.random() < 0.3 else "left")
+    fighters = (
+        Fighter(0, leads[0], np.array([-half, 0.0]), 0.0),
+        Fighter(1, leads[1], np.array([half, 0.0]), np.pi),
+    )
+    for fighter in fighters:
+        _begin(settings, fighters, fighter, "neutral", "LR"[int(rng.random() < 0.5)], None, 0, length, rng)
+    while True:
+        ends = [fighter.now.end for fighter in fighters]
+        who = int(np.argmin(ends))
+        frame = ends[who]
+        if frame >= length:
+            return fighters
+        own, other = fighters[who], fighters[1 - who]
+        seen = other.at(frame - 1)
+        code = _draw(policies[who], own.now.code, other.done[seen].code, rng)
+        kind, last = code
+        _begin(settings, fighters, own, kind, last, seen, frame, length, rng)
+        if attacks(kind):
+            _delay(settings, own, other, frame, length, rng)
+
+
+def _draw(policy: GeneratingPolicy, own: int, opponent: int, rng: np.random.Generator) -> tuple[str, str]:
+    """Kind and last foot of the next action."""
+    chances = policy.distribution(own, opponent)
+    label = Label.from_code(int(rng.choice(policy.candidates, p=chances / chances.sum())))
+    return KIND_OF[label.indices[: len(LEARNED_ASPECTS)]], label.move[-1]
+
+
+def _begin(
+    settings: ExampleSettings,
+    fighters: tuple[Fighter, Fighter],
+    own: Fighter,
+    kind: str,
+    last: str,
+    seen: int | None,
+    frame: int,
+    length: int,
+    rng: np.random.Generator,
+) -> None:
+    other = fighters[1 - own.player]
+    first = own.now.last if own.done else last
+    context = "neutral" if seen is None else context_of(other.done[seen].kind)
+    react = context if context in ("kick", "punch") else "others"
+    low, high = duration_range(kind)
+    seconds = float(rng.triangular(low, 0.5 * (low + high), high))
+    kicks = kind.endswith("_up") and "jump" not in kind
+    skips = kicks and _support(kind) == first and abs(_kick_gap(settings, own, other, kind)) > SKIP_M
+    if kicks and (skips or _support(kind) != first):
+        seconds += 0.22 if skips else 0.14  # the standing foot steps first
+    end = frame + GRID * round(seconds * FPS / GRID)
+    # nobody is cut off in the middle: what would end shortly before the clip does, or after it, ends with it
+    if end > length - round(0.36 * FPS):
+        end = length
+    action = Planned(
+        own.player, frame, end, kind, first, last, react,
+        -1 if seen is None or react == "others" else seen, _role(kind, react, other, frame, rng),
+        strength=float(rng.uniform(0.26, 0.46)), skips=skips,
+    )  # fmt: skip
+    if kind.endswith("jump_up"):
+        action.flight = float(rng.uniform(0.26, 0.36))
+    if kind.endswith("jump_down") and own.now.end == frame:
+        action.strength = float(rng.uniform(0.2, 0.35))
+    own.done.append(action)
+    own.adapted = False
+    _place(settings, own, other, action, rng)
+
+
+def _aim(other: Fighter) -> FloatArray:
+    """Where the opponent is expected: half way to where the present action leads."""
+    return np.asarray(0.5 * (other.centre + other.before))
+
+
+def _kick_gap(settings: ExampleSettings, own: Fighter, other: Fighter, kind: str) -> float:
+    """How far the stance must move so that a kick reaches [m]."""
+    support = 1 if kind.startswith("left") else 0
+    distance = float(np.hypot(*(_aim(other) - own.centre)))
+    return distance - settings.kick_m - float(OFFSETS[own.lead][support, 0])
+
+
+def _support(kind: str) -> str:
+    return {"left": "R", "right": "L"}.get(kind.partition("_")[0], "")
+
+
+def _role(kind: str, react: str, other: Fighter, frame: int, rng: np.random.Generator) -> str:
+    """What a neutral action is for; labels do not tell."""
+    if kind != "neutral":
+        return kind
+    if react == "others":
+        return str(rng.choice(["guard", "step", "feint", "knee_feint"], p=[0.25, 0.6, 0.1, 0.05]))
+    late = other.done and (other.now.end - frame) / FPS < 0.12
+    if late and rng.random() < 0.5:
+        return "hit"
+    if react == "kick":
+        return str(rng.choice(["block", "dodge", "retreat"], p=[0.45, 0.1, 0.45]))
+    return str(rng.choice(["block", "dodge", "retreat"], p=[0.35, 0.4, 0.25]))
+
+
+def _place(settings: ExampleSettings, own: Fighter, other: Fighter, action: Planned, rng: np.random.Generator) -> None:
+    """Steps of the feet and where to face."""
+    aim = _aim(other)
+    gap = aim - own.centre
+    distance = float(np.hypot(*gap))
+    ahead = gap / max(distance, 1e-6)
+    across = np.array([-ahead[1], ahead[0]])
+    kind, context = action.kind, context_of(action.kind)
+    wanted = settings.distance_m + rng.normal(0, 0.08)
+    if kind == "neutral" and action.role in ("retreat", "hit"):
+        wanted = distance + rng.uniform(0.12, 0.35)
+    elif kind == "neutral" and action.role in ("block", "dodge", "feint", "knee_feint"):
+        wanted = distance + rng.normal(0.02, 0.05)
+    elif kind in ("jump_up", "jump_down"):
+        wanted = distance + 0.15 if action.react != "others" else wanted
+    elif context == "punch":
+        wanted = settings.punch_m + 0.10 + rng.normal(0, 0.06)
+    elif context == "kick":
+        wanted = distance - _kick_gap(settings, own, other, kind) + rng.normal(0, 0.07)
+    elif context == "recovering":
+        wanted = max(distance, 0.5 * (distance + settings.distance_m)) + rng.normal(0, 0.05)
+    free = _free_feet(action)
+    both = len(free) == 2
+    radial = float(np.clip(distance - wanted, -BACKWARD_M, FORWARD_M))
+    if not both:
+        radial = float(np.clip(radial, -ONE_FOOT_M, ONE_FOOT_M))
+    sideways = rng.normal(0, 0.10 if kind == "neutral" else 0.04) * (1.0 if both else 0.5)
+    own.before = own.centre
+    centre = own.centre + radial * ahead + sideways * across
+    facing = aim - centre
+    heading = float(np.arctan2(facing[1], facing[0]) + rng.normal(0, np.radians(4)))
+    heading = own.heading + (heading - own.heading + np.pi) % (2 * np.pi) - np.pi
+    action.heading = own.heading = heading
+    places = centre + turned(OFFSETS[own.lead], heading) + rng.normal(0, 0.015, (2, 2))
+    toes = heading + np.array([1.0, -1.0]) * TOES_OUT[own.lead]
+    for number, (foot, lift, land) in enumerate(_times(action, rng)):
+        if action.skips and number == 0:  # put down where it was; it moves with the kick
+            action.steps.append(Step(foot, lift, land, own.feet[foot].copy(), float(toes[foot])))
+            continue
+        own.feet[foot] = _reachable(places[foot], own.feet[1 - foot], foot, own.lead, heading) if not both else places[foot]
+        action.steps.append(Step(foot, lift, land, own.feet[foot].copy(), float(toes[foot])))
+
+
+def _reachable(place: FloatArray, other: FloatArray, foot: int, lead: str, heading: float) -> FloatArray:
+    """A foothold near a wanted one from which the stance is neither too long nor crossed."""
+    sign = np.array([1.0 if SIDES[foot] == lead else -1.0, 1.0 if foot == 0 else -1.0])
+    apart = turned(place - other, -heading) * sign
+    return np.asarray(other + turned(np.clip(apart, *STANCE_M) * sign, heading))
+
+
+def _free_feet(action: Planned) -> set[int]:
+    return {foot for foot, _, _ in _times(action, None)}
+
+
+def _times(action: Planned, rng: np.random.Generator | None) -> list[tuple[int, float, float]]:
+    """(foot, share at lift, share at touch-down) of the steps that make the first and last foot what they should be.
+
+    Standing on one foot means that the other is lifted; while both stand, the nearer single stance counts, so the first
+    step of an action lifts the foot that it does not begin on and its last step the one it does not end on.
+    """
+    kind, first, last = action.kind, action.first, action.last
+    jitter = (lambda spread: 0.0) if rng is None else (lambda spread: float(rng.uniform(-spread, spread)))
+    foot = {"L": 0, "R": 1}
+    if kind.endswith("jump_up"):
+        # the leg that kicks (or the one it does not begin on) leaves first; both land in the next action
+        lead = 1 - foot[first]
+        return [(lead, 0.50, 2.0), (1 - lead, 0.0, 2.0)]
+    if kind.endswith("jump_down"):
+        landing = foot[last]
+        return [(landing, -1.0, 0.0), (1 - landing, -1.0, 0.52 + jitter(0.04))]
+    if kind.endswith("_up"):
+        kicking = SIDES.index(kind.partition("_")[0])
+        if foot[first] == kicking:
+            return [(1 - kicking, 0.06, 0.30 + jitter(0.02)), (kicking, 0.40 + jitter(0.02), 2.0)]
+        if action.skips:
+            return [(kicking, 0.04, 0.17), (1 - kicking, 0.21, 0.38), (kicking, 0.46 + jitter(0.02), 2.0)]
+        return [(kicking, 0.22 + jitter(0.05), 2.0)]
+    if kind.endswith("downup"):
+        return []
+    if kind.endswith("_down"):
+        kicking = SIDES.index(kind.partition("_")[0])
+        landing = [(kicking, -1.0, 0.62 + jitter(0.04))]
+        return landing if first == last else [(kicking, -1.0, 0.52), (1 - kicking, 0.62, 0.92)]
+    if first != last:
+        return [(1 - foot[first], 0.08 + jitter(0.03), 0.40 + jitter(0.04)), (1 - foot[last], 0.56 + jitter(0.04), 0.90)]
+    if action.role in ("guard", "block", "dodge", "feint") or kind.endswith(("bwdfwd", "fwdbwd")):
+        return []
+    return [(1 - foot[first], 0.26 + jitter(0.08), 0.68 + jitter(0.08))]
+
+
+def _delay(
+    settings: ExampleSettings, own: Fighter, other: Fighter, frame: int, length: int, rng: np.random.Generator
+) -> None:
+    """Let a waiting opponent answer the attack that begins now, a reaction time from now."""
+    waiting = other.now
+    if waiting.kind != "neutral" or other.adapted or not frame < waiting.end < length:
+        return
+    mean, spread = settings.reaction_s[1 if context_of(own.now.kind) == "kick" else 0]
+    answer = frame + GRID * round(max(0.12, rng.normal(mean, spread)) * FPS / GRID)
+    if answer >= own.now.end or answer > length - round(0.4 * FPS):
+        return
+    if SHORTEST_S <= (answer - waiting.start) / FPS <= LONGEST_S:
+        waiting.end = answer
+        other.adapted = True
