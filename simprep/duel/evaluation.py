@@ -142,6 +142,35 @@ def evaluate(
     return result
 
 
+def evaluate_labels(
+    graph: CoupledGraph,
+    rng: np.random.Generator,
+    splits: int = 5,
+    truth: Sequence[LabelModel] | None = None,
+) -> dict[str, Any]:
+    """The label tables of `evaluate` alone: `label_logprob`, `..._train`, `..._splits`, `label_total_variation`.
+
+    Args:
+        graph: of the stream.
+        rng: makes the splits.
+        splits: how many.
+        truth: the label policy of each player that generated the stream, if it is synthetic.
+    """
+    transitions = [graph.actions.transitions(player) for player in PLAYERS]
+    scores = [
+        _label_scores(graph, transitions, [split_transitions(len(step), rng) for step in transitions], truth)
+        for _ in range(splits)
+    ]
+    result: dict[str, Any] = {
+        "label_logprob": _mean(scores, "held_out"),
+        "label_logprob_train": _mean(scores, "train"),
+        "label_logprob_splits": _list(scores, "held_out"),
+    }
+    if truth is not None:
+        result["label_total_variation"] = _mean(scores, "total_variation")
+    return result
+
+
 def components_curve(
     graph: CoupledGraph,
     tracks: PairTracks,
