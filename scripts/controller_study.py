@@ -1,4 +1,4 @@
-"""How good is the behaviour controller? Learned against best, against two baselines, and what its settings are worth.
+"""How good is the behaviour controller? Learned against best, against two baselines, between obstacles, and what its settings are worth.
 
 Writes results/controller/study.json and learning_curve.png, and prints tables. A few minutes on one core.
 
@@ -21,9 +21,10 @@ from simprep.behavior.best import measure
 from simprep.behavior.model import OUT_OF_RANGE, build_model
 from simprep.behavior.policy import Policy
 from simprep.behavior.rollout import Choice, Starts, greedy, random_starts, roll_out
+from simprep.behavior.runtime_approach import NEAR_M, near_obstacles
 from simprep.behavior.settings import ControllerSettings, LearningSettings, RewardSettings
-from simprep.behavior.spaces import ALPHA_LEVELS, AT_INFLUENCE
-from simprep.behavior.training import run, start
+from simprep.behavior.spaces import ALPHA_LEVELS, ALPHA_STEP, AT_INFLUENCE, CORE_NODES
+from simprep.behavior.training import Training, run, start
 from simprep.behavior.value_iteration import arrival_probability, backup, value_iteration
 from simprep.report.learning_curve import plot_learning_curve
 from simprep.report.record import provenance, write_json
@@ -34,7 +35,9 @@ CORE_SETS = {
     "steps aside": ("walk", "walk_left", "walk_right", "stand"),
     "all directions": ("walk", "walk_backward", "walk_left", "walk_right"),
 }
-DISTANCES_M = (0.6, 0.8, 1.0, 1.2, 1.4, 1.5, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0)
+DISTANCES_M = tuple(round(0.45 + 0.05 * step, 2) for step in range(92))
+DIRECTIONS_DEG = (0.0, 45.0, 90.0, 135.0, 180.0)
+"""Of the next obstacle, from the heading in which the last one was passed."""
 
 
 def unprepared(policy: Policy) -> Choice:
@@ -46,7 +49,10 @@ def unprepared(policy: Policy) -> Choice:
     return choose
 
 
-def learning(settings: ControllerSettings, steps: int, seeds: int) -> tuple[list[dict[str, Any]], Policy, Any]:
+def learning(
+    settings: ControllerSettings, steps: int, seeds: int
+) -> tuple[list[dict[str, Any]], list[Policy], Training]:
+    """Seeds, then the paper's learning rate; gives the policies of the seeds and the training of the first."""
     table = measure(settings)
     rows, kept = [], []
     run(start(table, settings, LearningSettings(steps=1000)))  # compiles
@@ -62,7 +68,7 @@ def learning(settings: ControllerSettings, steps: int, seeds: int) -> tuple[list
                 **asdict(assess(policy)),
             })  # fmt: skip
             kept.append((policy, training))
-    return rows, *kept[0]
+    return rows, [policy for policy, _ in kept[:seeds]], kept[0][1]
 
 
 def best_arrivals(settings: ControllerSettings) -> dict[str, Any]:
@@ -80,12 +86,15 @@ def best_arrivals(settings: ControllerSettings) -> dict[str, Any]:
     return {"rows": rows}
 
 
-def baselines(policy: Policy, count: int, seed: int) -> list[dict[str, Any]]:
+def baselines(policies: list[Policy], count: int, seed: int) -> list[dict[str, Any]]:
+    """Random starts under the policy of every seed, and under two controllers that walk like the first but prepare otherwise."""
+    policy = policies[0]
     starts = random_starts(count, np.random.default_rng(seed))
     plain = replace(starts, level=np.zeros_like(starts.level))
     table, smoothing = policy.table, policy.settings.smoothing
     return [
-        {"controller": "learned", **summary(roll_out(table, greedy(policy), starts, smoothing))},
+        *({"controller": f"learned, seed {number}", **summary(roll_out(table, greedy(one), starts, smoothing))}
+          for number, one in enumerate(policies)),
         {"controller": "no preparation",
          **summary(roll_out(table, unprepared(policy), plain, smoothing, force=False))},
         {"controller": "alpha switched on at the last step",
@@ -93,16 +102,49 @@ def baselines(policy: Policy, count: int, seed: int) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def between_obstacles(policy: Policy) -> list[dict[str, Any]]:
-    """After one obstacle, fully prepared: how far alpha falls on the way to the next, straight ahead."""
-    goal = np.column_stack([DISTANCES_M, np.zeros(len(DISTANCES_M))])
-    count = len(DISTANCES_M)
-    starts = Starts(goal, goal, np.full(count, AT_INFLUENCE), np.full(count, 3))
-    outcome = roll_out(policy.table, greedy(policy), starts, policy.settings.smoothing)
-    return [
-        {"distance_m": distance, "lowest_alpha": float(low), "reached": bool(reached), "time_s": float(time)}
-        for distance, low, reached, time in zip(DISTANCES_M, outcome.level_range[:, 0], outcome.reached, outcome.time_s)
-    ]
+def between_obstacles(policies: list[Policy]) -> list[dict[str, Any]]:
+    """After one obstacle, fully prepared: how far alpha falls on the way to the next one.
+
+    The worst over the seeds and the core nodes to begin with, for the policy alone and with the least level that the run
+    time keeps between near obstacles.
+    """
+    rows = []
+    distance, node = (part.ravel() for part in np.meshgrid(DISTANCES_M, np.arange(CORE_NODES), indexing="ij"))
+    count, shape = len(distance), (len(DISTANCES_M), CORE_NODES)
+    for direction in DIRECTIONS_DEG:
+        angle = np.radians(direction)
+        goal = np.column_stack([distance * np.cos(angle), distance * np.sin(angle)])
+        starts = Starts(goal, goal, np.full(count, AT_INFLUENCE), node)
+        kept = np.array([round(near_obstacles((0.0, 0.0), tuple(place)) / ALPHA_STEP) for place in goal])
+        for label, least in {"alone": 0, "kept by the run time": kept}.items():
+            outcomes = [roll_out(p.table, greedy(p), starts, p.settings.smoothing, least=least) for p in policies]
+            low = np.min([outcome.level_range[:, 0].reshape(shape).min(axis=1) for outcome in outcomes], axis=0)
+            reached = np.all([outcome.reached.reshape(shape).all(axis=1) for outcome in outcomes], axis=0)
+            slowest = np.max([outcome.time_s.reshape(shape).max(axis=1) for outcome in outcomes], axis=0)
+            rows += [
+                {"controller": label, "direction_deg": direction, "distance_m": place, "lowest_alpha": float(alpha),
+                 "reached": bool(arrives), "slowest_s": float(time)}
+                for place, alpha, arrives, time in zip(DISTANCES_M, low, reached, slowest)
+            ]  # fmt: skip
+    return rows
+
+
+def obstacle_summary(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """By controller and direction: the lowest alpha nearer than 1.5 m, and where it falls below 0.5 and to 0.2."""
+
+    def nearest(own: list[dict[str, Any]], below: float) -> float | None:
+        return min((row["distance_m"] for row in own if row["lowest_alpha"] < below), default=None)
+
+    summaries = []
+    for label, direction in dict.fromkeys((row["controller"], row["direction_deg"]) for row in rows):
+        own = [row for row in rows if (row["controller"], row["direction_deg"]) == (label, direction)]
+        near = [row["lowest_alpha"] for row in own if row["distance_m"] < NEAR_M]
+        summaries.append({
+            "controller": label, "direction_deg": direction, "lowest_alpha_nearer_than_1_5_m": min(near),
+            "below_0_5_from_m": nearest(own, 0.5), "at_most_0_2_from_m": nearest(own, 0.3),
+            "reached": all(row["reached"] for row in own), "slowest_s": max(row["slowest_s"] for row in own),
+        })  # fmt: skip
+    return summaries
 
 
 def show(title: str, rows: list[dict[str, Any]], keys: tuple[str, ...]) -> None:
@@ -114,26 +156,27 @@ def show(title: str, rows: list[dict[str, Any]], keys: tuple[str, ...]) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--steps", type=int, default=20_000_000)
-    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--steps", type=int, default=LearningSettings().steps)
+    parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--starts", type=int, default=1000)
     parser.add_argument("-o", "--out", type=Path, default=Path("results/controller"))
     arguments = parser.parse_args()
     settings = ControllerSettings()
-    learned, policy, training = learning(settings, arguments.steps, arguments.seeds)
-    show("Learning", learned, ("learning", "seed", "cpu_s", "mean_return", "optimal_share", "optimal_share_moving",
+    learned, policies, training = learning(settings, arguments.steps, arguments.seeds)
+    show("Learning", learned, ("learning", "seed", "cpu_s", "mean_return", "optimal_share", "optimal_share_moving", "least_share",
                                "arrival_share", "unreached", "largest_fall_of_curve"))  # fmt: skip
-    starts = baselines(policy, arguments.starts, seed=0)
+    starts = baselines(policies, arguments.starts, seed=0)
     show("Random starts", starts, ("controller", "reached_share", "median_time_s", "met_influence", "alpha_at_influence_min",
                                    "alpha_on_crossing_min", "max_alpha_jump", "starts_with_jump_above_0_25"))  # fmt: skip
-    obstacles = between_obstacles(policy)
-    show("Between two obstacles", obstacles, ("distance_m", "lowest_alpha", "reached", "time_s"))
+    obstacles = between_obstacles(policies)
+    between = obstacle_summary(obstacles)
+    show("Between two obstacles", between, tuple(between[0]))
     arrivals = best_arrivals(settings)["rows"]
     show("Best policies", arrivals, ("cores", "discount", "mean_return", "arrival_share_from_elsewhere"))
     content = {
-        "schema": "simprep.controller_study/1", **provenance(()), "command": " ".join(["python", "scripts/controller_study.py", *sys.argv[1:]]),
+        "schema": "simprep.controller_study/2", **provenance(()), "command": " ".join(["python", "scripts/controller_study.py", *sys.argv[1:]]),
         "learning": learned, "learning_curve": [asdict(point) for point in training.curve], "random_starts": starts,
-        "between_obstacles": obstacles, "best_policies": arrivals,
+        "between_obstacles": between, "between_obstacles_by_distance": obstacles, "best_policies": arrivals,
     }  # fmt: skip
     write_json(arguments.out / "study.json", content)
     plot_learning_curve(

@@ -103,6 +103,7 @@ def roll_out(
     smoothing: float,
     force: bool = True,
     actions: int = 150,
+    least: Integers | int = 0,
 ) -> Outcome:
     """Let characters act until they reach the goal and, where it lies there too, the source of influence.
 
@@ -113,6 +114,8 @@ def roll_out(
         smoothing: standard deviation of the filter on alpha [s].
         force: whether alpha is forced to 1 on reaching the source of influence.
         actions: how many at most.
+        least: (N,) lowest level that is commanded whatever the policy says, 0 to 5: what the run time keeps between two near
+            obstacles (`simprep.behavior.runtime_leg.Task.keep`).
     """
     count, frames = len(starts.goal), table.frames
     kernel = filter_kernel(smoothing, table.fps)
@@ -127,6 +130,7 @@ def roll_out(
         goal_distance, goal_angle = polar(relative(starts.goal, place, heading))
         distance, angle = polar(relative(starts.influence, place, heading))
         chosen, after = choose(level, node, goal_cell(goal_distance, goal_angle), influence_cell(distance, angle))
+        after = np.maximum(after, least)
         before = np.where(np.abs(after - level) > 1, after, level)
         path = table.path[chosen, before, after]  # (N, frames + 1, 3)
         c, s = np.cos(heading)[:, None], np.sin(heading)[:, None]

@@ -110,6 +110,7 @@ def learn(learner: Learner, model: QuantisedModel, settings: LearningSettings, s
         settings.rate,
         settings.rate_decay,
         settings.explore,
+        settings.confidence / (1 - model.rewards.discount),
         settings.longest,
         steps,
     )

@@ -42,9 +42,24 @@ def choose(values, updates, untried, random, actions, count, explore, level, nod
 
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
+def begin(values, updates, actions, count, confidence, level, node, goal, influence):  # type: ignore[no-untyped-def]
+    """Exploring start: an untried action first, else the one with the largest upper confidence bound of its value."""
+    chosen, top = np.int64(-1), -np.inf
+    for k in range(count[level, node, influence]):
+        action = np.int64(actions[level, node, influence, k])
+        tried = updates[level, node, goal, influence, action]
+        if tried == 0:
+            return action
+        bound = values[level, node, goal, influence, action] + confidence / np.sqrt(tried)
+        if bound > top:
+            chosen, top = action, bound
+    return chosen
+
+
+@njit(cache=True)  # type: ignore[untyped-decorator]
 def loop(  # type: ignore[no-untyped-def]
     values, updates, untried, now, random, goal_next, goal_reward, influence_next, shared_next, shared, steadiness,
-    actions, count, discount, arrival, rate, decay, explore, longest, steps,
+    actions, count, discount, arrival, rate, decay, explore, confidence, longest, steps,
 ):  # fmt: skip
     """Run training steps; the arguments are those of `simprep.behavior.sarsa.learn`. Gives the number of episodes ended."""
     level, node, goal, influence, action, length = now
@@ -54,11 +69,7 @@ def loop(  # type: ignore[no-untyped-def]
             level, node = draw(random, ALPHA_LEVELS), draw(random, CORE_NODES)
             goal = GOAL_ANGLES + draw(random, GOAL_CELLS - GOAL_ANGLES)
             influence, length = draw(random, INFLUENCE_CELLS), 0
-            action = np.int64(actions[level, node, influence, 0])
-            for k in range(1, count[level, node, influence]):  # exploring start: the action chosen least often
-                other = np.int64(actions[level, node, influence, k])
-                if updates[level, node, goal, influence, other] < updates[level, node, goal, influence, action]:
-                    action = other
+            action = begin(values, updates, actions, count, confidence, level, node, goal, influence)
         next_node, after = action // ALPHA_LEVELS, action % ALPHA_LEVELS
         if shared[goal, influence, 1] > 0:  # goal and source of influence are one point
             sample = shared[goal, influence, 0] + draw(random, shared[goal, influence, 1])

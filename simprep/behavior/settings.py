@@ -112,13 +112,20 @@ class LearningSettings:
     """How SARSA runs (paper, sections 6.3 and 6.4).
 
     Attributes:
-        steps: most training steps (paper: about 20 million).
+        steps: most training steps (paper: about 20 million). While the values are noisy, standing still can look best in a few states,
+            and the character stays there for ever. With these settings that no longer happens after 20 million steps (see
+            results/controller/learning.md); half as many again are a margin.
         seed: of the random numbers.
         rate: learning rate of the first update of an action value (paper: 0.7, for every update).
         rate_decay: number of updates after which the rate has halved: rate / (1 + updates / rate_decay). Where an action leads to
             one of several cells, as it does here, a constant rate of 0.7 never settles. 0 for the paper's constant rate.
         explore: epsilon, the share of random actions (paper: 0.1).
-        longest: actions after which an episode is given up and another begins.
+        confidence: an episode begins in a random state with an action never tried there (the paper's exploring starts); where all
+            were tried, with the one of largest Q + confidence / (1 - discount) / sqrt(updates), an upper confidence bound (as in
+            UCB1, Auer et al. 2002). So the training steps go where it is still open which action is best, not into actions known
+            to be bad. 0 begins with the best known action, large values with the one tried least often.
+        longest: actions after which an episode is given up and another begins. The shorter, the more evenly the states
+            are visited.
         tolerance: change of a state's value that counts as an update for the stop rule, as a share of the largest return.
         stop_share: training stops when fewer than this share of the states had a value updated in a round (paper: 2 % in an
             episode). An episode of ours visits a handful of states, so the rule would stop it at once: a round is a million steps.
@@ -128,12 +135,13 @@ class LearningSettings:
         SettingError: a value outside its range.
     """
 
-    steps: int = 20_000_000
+    steps: int = 30_000_000
     seed: int = 0
     rate: float = 0.7
     rate_decay: float = 20.0
     explore: float = 0.1
-    longest: int = 30
+    confidence: float = 0.1
+    longest: int = 10
     tolerance: float = 0.001
     stop_share: float = 0.02
 
@@ -145,7 +153,7 @@ class LearningSettings:
             raise SettingError(f"seed {self.seed}; valid: 0 or more")
         if not 0 < self.rate <= 1:
             raise SettingError(f"rate {self.rate}; valid: above 0, at most 1")
-        for name in ("rate_decay", "tolerance"):
+        for name in ("rate_decay", "confidence", "tolerance"):
             if not getattr(self, name) >= 0:
                 raise SettingError(f"{name} {getattr(self, name)}; valid: 0 or more")
         for name in ("explore", "stop_share"):

@@ -199,13 +199,20 @@ def arrival_probability(exact: Backup, policy: NDArray[np.uint8], actions: int =
     return values
 
 
-def reachable(exact: Backup) -> NDArray[np.bool_]:
-    """States from which some sequence of allowed actions leads to the goal with a probability above 0: (6, 4, 40, 20)."""
+def reachable(exact: Backup, policy: NDArray[np.uint8] | None = None) -> NDArray[np.bool_]:
+    """States from which the goal is reached with a probability above 0: (6, 4, 40, 20).
+
+    Args:
+        exact: the backup.
+        policy: (6, 4, 40, 20) action; None for any sequence of allowed actions. Where a policy never reaches the goal, it
+            stays among such states; without any, it surely reaches the goal from everywhere.
+    """
     known = np.zeros(STATE_SHAPE, dtype=bool)
     known[:, :, :AT_GOAL] = True
+    pick = None if policy is None else _picker(exact, policy)
     while True:
-        onward = by_action(exact, exact.action_values(known.astype(np.float64), 1.0, 1.0)).max(axis=-1) > 0
-        wider = known | onward
+        onward = exact.action_values(known.astype(np.float64), 1.0, 1.0)
+        wider = known | ((pick(onward) if pick else by_action(exact, onward).max(axis=-1)) > 0)
         if (wider == known).all():
             return known
         known = wider

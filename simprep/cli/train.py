@@ -30,7 +30,7 @@ class Train:
     target: Annotated[str, tyro.conf.arg(metavar="MOTION", help_behavior_hint="")] = "punch_right"
     """Target motion that is prepared for; controllers differ only where the blending curve of the root does."""
 
-    steps: int = 20_000_000
+    steps: int = 30_000_000
     """Training steps, altogether."""
 
     seed: int = 0

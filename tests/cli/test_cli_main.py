@@ -14,7 +14,7 @@ from simprep.humanoid import hinge_index, standing_qpos
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 
-COMMANDS = ("validate", "track", "import", "library")
+COMMANDS = ("validate", "track", "import", "library", "train", "approach", "graph")
 TRACK_KEYS = {
     "success", "end", "fell_at_s", "g_mpjpe_mm", "mpjpe_mm", "foot_slip_ratio", "penetration_mm", "s_per_s", "assist_n",
 }  # fmt: skip
