@@ -4,11 +4,13 @@ from typing import Annotated
 
 import tyro
 
+from simprep.cli.duel_analyze import DuelAnalyze
+from simprep.cli.duel_example import DuelExample
 from simprep.cli.duel_import import DuelImport
 from simprep.cli.duel_join import DuelJoin
 from simprep.cli.duel_label import DuelLabel
 
-DESCRIPTION = """Two fighters: import a recording of two people, join clips, label their actions.
+DESCRIPTION = """Two fighters: a recording of two people or a built-in stream, its actions, and a model of how one answers the other.
 
 Example: simprep duel import a.bvh b.bvh -o pair.npz"""
 
@@ -16,4 +18,6 @@ Duel = (
     Annotated[DuelImport, tyro.conf.subcommand("import")]
     | Annotated[DuelJoin, tyro.conf.subcommand("join")]
     | Annotated[DuelLabel, tyro.conf.subcommand("label")]
+    | Annotated[DuelExample, tyro.conf.subcommand("example")]
+    | Annotated[DuelAnalyze, tyro.conf.subcommand("analyze")]
 )

@@ -116,7 +116,8 @@ def analyse(
     if annotate is not None:
         annotations = annotate(table)
     else:
-        assert truth is not None and match is not None
+        assert truth is not None
+        assert match is not None
         annotations = annotate_from_truth(truth, match, settings.annotated, rng)
     rows = annotations.rows
     labels = label_stream(stream, used, rows, annotations.qualifiers, features=features)
@@ -295,7 +296,9 @@ def _rules(stream: DuelStream, truth: Truth) -> dict[str, float]:
     codes = decode(truth.codes)
     bounds = truth.cuts().bounds
     contacts = (stream.players[0].contacts, stream.players[1].contacts)
-    detected = [np.concatenate([detect_contacts(m.qpos[a:b], m.fps, m.body) for a, b in bounds]) for m in stream.players]
+    detected = [
+        np.concatenate([detect_contacts(m.qpos[a:b], m.fps, m.body) for a, b in bounds]) for m in stream.players
+    ]
     react, move = (codes[:, ASPECTS.index(name)] for name in ("react", "move"))
     return {
         "react": float((react_rule(truth.table, codes[:, : len(LEARNED_ASPECTS)]) == react).mean()),

@@ -1,5 +1,6 @@
 """Plots of two-person streams. Needs matplotlib (extra `report`)."""
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -69,4 +70,31 @@ def plot_cuts(
             axes.legend(fontsize=7, loc="upper left")
             right.legend(fontsize=7, loc="upper right")
     axes.set_xlabel("time [s]", fontsize=8)
+    return save_figure(figure, path)
+
+
+def plot_components(curve: Sequence[Mapping[str, float]], path: str | Path) -> Path:
+    """Log density against the number of principal components (Fig. 11 of the 2008 paper), and its gain over one Gaussian.
+
+    Args:
+        curve: from `simprep.duel.evaluation.components_curve`.
+        path: the PNG file.
+
+    Returns:
+        The path written.
+
+    Raises:
+        MissingExtraError: matplotlib is not installed.
+    """
+    figure = new_figure(9.0, 3.6)
+    numbers = [one["components"] for one in curve]
+    panels = (("", "mean log density [nats]"), ("_gain", "gain over one Gaussian for all labels [nats]"))
+    for place, (suffix, title) in enumerate(panels):
+        axes = figure.add_subplot(1, 2, place + 1)
+        for part, label, colour in (("train", "training", COLOURS[0]), ("held_out", "held out", COLOURS[3])):
+            axes.plot(numbers, [one[part + suffix] for one in curve], "o-", color=colour, ms=4, label=label)
+        axes.set_xlabel("principal components of the pose", fontsize=8)
+        axes.set_title(title, fontsize=9)
+        axes.tick_params(labelsize=7)
+        axes.legend(fontsize=7)
     return save_figure(figure, path)

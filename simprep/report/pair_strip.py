@@ -49,7 +49,9 @@ def pair_strip(
         row, column = divmod(number, columns)
         corner = (column * settings.width_px, row * cell)
         page.paste(image_module.fromarray(picture), corner)
-        pen.text((corner[0] + 6, corner[1] + settings.height_px + 3), f"{frame / stream.fps:.2f} s", fill=FAINT, font=font)
+        pen.text(
+            (corner[0] + 6, corner[1] + settings.height_px + 3), f"{frame / stream.fps:.2f} s", fill=FAINT, font=font
+        )
         if captions:
             place = (corner[0] + 6, corner[1] + settings.height_px + HEADER_PX)
             pen.text(place, captions[number], fill=FAINT, font=font)

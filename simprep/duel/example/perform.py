@@ -5,34 +5,28 @@ cart-table model and the wanted heave, and legs follow exactly: the same whole-b
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.interpolate import make_interp_spline
-from scipy.ndimage import gaussian_filter1d
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial.transform import Rotation
 
 from simprep.duel.example import pieces
-from simprep.duel.example.heave import heave
-from simprep.duel.example.kinds import SIDES, context_of
+from simprep.duel.example.footwork import Stay, foot_path, pressure_point, stays_of
+from simprep.duel.example.heave import Heave, heave
+from simprep.duel.example.kinds import SIDES
 from simprep.duel.example.pieces import CHANNELS, FIRST_HINGE, PITCH, PIVOT, Piece, guard_posture
 from simprep.duel.example.schedule import FPS, Fighter, Planned
 from simprep.humanoid import FEET, GRAVITY, LEG_JOINTS, N_QPOS, hinge_index, humanoid_model
 from simprep.library.balance import com_from_zmp
 from simprep.library.curves import key_curve, minimum_jerk
-from simprep.library.feet import FootPath, Stance, ankle_height
-from simprep.library.limbs import SIGNS
 from simprep.library.posture import trunk_rotation
 from simprep.library.whole_body import JointSwing, Plan, follow_com
-from simprep.motion.contacts import stances
 
 FloatArray = NDArray[np.float64]
 GUARD_M = 0.93
 """Height of the centre of mass in guard, at the cuts [m]."""
-STRIKING_SHARE = 0.62
-"""Load on the front foot at the end of a punch (60 %, Dinu & Louis 2020)."""
-BRIEF_S = 0.1
-"""While both feet stand for longer than this, both bear the load [s]."""
 DEEPEST_M = 0.09
 """The body bobs no deeper than this within an action [m]."""
 SETTLE_S, SMOOTH_S = 0.26, 0.016
@@ -43,7 +37,8 @@ CROUCHING = 0.5
 """Depth of the force minimum before the push of a jump, and after its landing, in body weights."""
 TOLERANCE_M, PASSES = 3e-4, 8
 """How exactly the centre of mass follows its path where the legs reach, and after how many passes it is left [m]."""
-CLEARANCE_M, KICK_CLEARANCE_M = 0.045, 0.28
+HEEL_AT_M, SOLE_M = 0.005, 0.16
+"""From which distance a foot that is missed raises its heel, and ankle to toes [m]."""
 LEG_COLUMNS = np.array([[hinge_index(f"{side}_{joint}") for joint in LEG_JOINTS] for side in SIDES])
 
 
@@ -79,19 +74,40 @@ def perform(fighter: Fighter, style: str, rng: np.random.Generator) -> Performan
     total = int(cuts[-1])
     times = np.arange(total) / FPS
     chosen = _choose(actions, fighter.lead, style, rng)
-    feet = _stances(fighter, actions)
-    channels, swing = _postures(fighter, actions, chosen, feet, total, rng)
+    stays = stays_of(fighter, actions)
+    channels, swing = _postures(fighter, actions, chosen, stays, total, rng)
     flights = np.array([0.0, *(action.flight for action in actions)])
     course = heave(cuts, _minima(actions, cuts), _heights(actions, chosen, rng), flights, FPS)
     heading = key_curve(list(cuts / FPS), [actions[0].heading, *(action.heading for action in actions)])(times)
-    paths = [_path(side, feet[side], channels, course.height, flights, cuts) for side in range(2)]
-    poses = [path.at(times) for path in paths]
-    contacts = np.stack([pose[2] for pose in poses], axis=1)
+    plan, com = _plan(actions, fighter.lead, stays, channels, swing, heading, course, flights, cuts)
+    qpos, missed = _solve(plan, com)
+    if missed.max() > HEEL_AT_M:  # where a leg is too short the heel rises
+        need = gaussian_filter1d(maximum_filter1d(missed, 9, axis=0), 2.0, axis=0)
+        channels[:, PITCH:PIVOT] -= np.arcsin(np.clip(1.2 * need / SOLE_M, 0, 0.7))
+        plan, com = _plan(actions, fighter.lead, stays, channels, swing, heading, course, flights, cuts)
+        qpos, missed = _solve(plan, com)
+    names = tuple(name for name, _, _ in chosen)
+    return Performance(qpos, plan.contacts, names, course.peaks, missed.max(axis=1))
+
+
+def _plan(
+    actions: list[Planned],
+    lead: str,
+    stays: list[list[Stay]],
+    channels: FloatArray,
+    swing: FloatArray,
+    heading: FloatArray,
+    course: Heave,
+    flights: FloatArray,
+    cuts: NDArray[np.int64],
+) -> tuple[Plan, FloatArray]:
+    """The plan of a clip, and the path of the centre of mass (T, 3)."""
+    times = np.arange(len(channels)) / FPS
+    poses = [foot_path(side, stays[side], channels, flights, cuts).at(times) for side in range(2)]
     position = np.stack([pose[0] for pose in poses], axis=1)
     rotation = np.stack([pose[1] for pose in poses], axis=1)
-    zmp = _pressure(actions, fighter.lead, position, rotation, contacts)
-    horizontal = com_from_zmp(zmp, course.height, FPS)
-    com = np.column_stack([horizontal, course.height])
+    contacts = np.stack([pose[2] for pose in poses], axis=1)
+    zmp = pressure_point(actions, lead, position, rotation, contacts)
     low, high = humanoid_model().jnt_range[1:].T
     hinges = np.clip(channels[:, FIRST_HINGE:PITCH], low, high)
     plan = Plan(
@@ -99,17 +115,22 @@ def perform(fighter: Fighter, style: str, rng: np.random.Generator) -> Performan
         root_rotation=trunk_rotation(heading + channels[:, 0], channels[:, 1], channels[:, 2]), hinges=hinges,
         joint_swing=JointSwing(hinges[:, LEG_COLUMNS], swing),
     )  # fmt: skip
-    qpos = np.zeros((total, N_QPOS))
+    return plan, np.column_stack([com_from_zmp(zmp, course.height, FPS), course.height])
+
+
+def _solve(plan: Plan, com: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Poses (T, 44), and how far each supporting foot is from its place (T, 2) [m]."""
+    qpos = np.zeros((len(com), N_QPOS))
     quat = Rotation.from_matrix(plan.root_rotation).as_quat(scalar_first=True)
     flips = np.cumprod(np.concatenate([[1.0], np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0)]))
     qpos[:, 3:7] = quat * flips[:, None]
-    qpos[:, 7:] = hinges
+    qpos[:, 7:] = plan.hinges
     qpos[:, :3] = com - [0.0, 0.0, 0.06]
     kinematics = follow_com(plan, qpos, com, TOLERANCE_M, PASSES)
+    low, high = humanoid_model().jnt_range[1:].T
     qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
-    ankles = kinematics.xpos[:, FEET]
-    missed = np.where(contacts, np.linalg.norm(ankles - position, axis=-1), 0.0).max(axis=1)
-    return Performance(qpos, contacts, tuple(name for name, _, _ in chosen), course.peaks, missed)
+    missed = np.linalg.norm(kinematics.xpos[:, FEET] - plan.foot_position, axis=-1)
+    return qpos, np.asarray(np.where(plan.contacts, missed, 0.0))
 
 
 Choice = tuple[str, Piece | None, float]
@@ -165,7 +186,7 @@ def _postures(
     fighter: Fighter,
     actions: list[Planned],
     chosen: list[Choice],
-    feet: "list[list[_Stay]]",
+    feet: list[list[Stay]],
     total: int,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
@@ -204,18 +225,20 @@ def _postures(
             posture = (pieces.way_back if kind.endswith("bwd") else pieces.way_out)(found, shares, amplitude)
         channels[part] = posture
     for side, stays in enumerate(feet):
-        for before, after in zip(stays[:-1], stays[1:]):
-            if before.kick:
-                a, b = before.end * FPS, after.start * FPS
+        for stay, following in pairwise(stays):
+            if stay.kick:
+                a, b = stay.end * FPS, following.start * FPS
                 frames = np.arange(int(np.ceil(a)), min(int(b), total - 1) + 1)
                 rise = minimum_jerk((frames - a) / (0.16 * FPS))
                 fall = minimum_jerk((b - frames) / (0.18 * FPS))
                 swing[frames, side] = rise * fall
-            if before.flies:  # the toes leave the floor last and reach it first
+            if stay.flies:  # the toes leave the floor last and reach it first
                 frames = np.arange(total)
-                rise = np.clip(1 - (before.end * FPS - frames) / (0.13 * FPS), 0, 1) * (frames <= before.end * FPS)
-                fall = np.clip(1 - (frames - after.start * FPS) / (0.13 * FPS), 0, 1) * (frames >= after.start * FPS)
-                between = (frames > before.end * FPS) & (frames < after.start * FPS)
+                rise = np.clip(1 - (stay.end * FPS - frames) / (0.13 * FPS), 0, 1) * (frames <= stay.end * FPS)
+                fall = np.clip(1 - (frames - following.start * FPS) / (0.13 * FPS), 0, 1) * (
+                    frames >= following.start * FPS
+                )
+                between = (frames > stay.end * FPS) & (frames < following.start * FPS)
                 channels[:, PITCH + side] -= TOES_DOWN * minimum_jerk(np.maximum(np.maximum(rise, fall), between))
     _fade(channels, actions)
     offset = rng.normal(0, np.radians(2.5), CHANNELS)
@@ -225,7 +248,7 @@ def _postures(
     legs[FIRST_HINGE + LEG_COLUMNS.ravel()] = True
     legs[PITCH:] = True
     channels[:, ~legs] += (offset + wander)[:, ~legs]
-    return gaussian_filter1d(channels, SMOOTH_S * FPS, axis=0, mode="nearest"), swing
+    return np.asarray(gaussian_filter1d(channels, SMOOTH_S * FPS, axis=0, mode="nearest")), swing
 
 
 def _idle(action: Planned, rng: np.random.Generator, jump: FloatArray) -> FloatArray:
@@ -237,7 +260,12 @@ def _idle(action: Planned, rng: np.random.Generator, jump: FloatArray) -> FloatA
     trunk = {"lumbar_flexion": 2.0, "thorax_flexion": 2.5, "lumbar_bending": 2.0, "thorax_bending": 2.0}
     if action.role == "hit":
         change[0], change[1] = rng.normal(0, np.radians(9)), np.radians(-rng.uniform(4, 12))
-        trunk = {"thorax_flexion": -9.0, "neck_flexion": -14.0, "lumbar_bending": rng.normal(0, 6), "neck_rotation": 8.0}
+        trunk = {
+            "thorax_flexion": -9.0,
+            "neck_flexion": -14.0,
+            "lumbar_bending": rng.normal(0, 6),
+            "neck_rotation": 8.0,
+        }
         size = float(rng.uniform(0.7, 1.3))
     elif action.role == "retreat":
         change[1] = np.radians(-rng.uniform(1, 6))
@@ -260,98 +288,6 @@ def _fade(channels: FloatArray, actions: list[Planned]) -> None:
         channels[at : at + length] -= left[:, None] * jump
 
 
-@dataclass
-class _Stay:
-    """A foot on the floor.
-
-    Attributes:
-        start: touch-down [s].
-        end: lift-off [s].
-        place: (2,) [m].
-        toes: direction, world [rad].
-        kick: the foot kicks after it.
-        flies: the body flies after it.
-    """
-
-    start: float
-    end: float
-    place: FloatArray
-    toes: float
-    kick: bool = False
-    flies: bool = False
-
-
-def _stances(fighter: Fighter, actions: list[Planned]) -> list[list[_Stay]]:
-    """Stays of the left and right foot."""
-    out: list[list[_Stay]] = []
-    total = actions[-1].end / FPS
-    for foot in range(2):
-        place, toes = fighter.initial_feet[foot], fighter.initial_toes[foot]
-        stays = [_Stay(-1.0, total + 9.0, place, toes)]
-        in_air = False
-        for action in actions:
-            length = (action.end - action.start) / FPS
-            start = action.start / FPS
-            for step in action.steps:
-                if step.foot != foot:
-                    continue
-                if step.lift >= 0:
-                    lift = start + step.lift * length
-                    if action.flight:
-                        # both have left the floor when the flight begins; the leading leg a little earlier
-                        off = action.end / FPS - 0.5 * action.flight
-                        lift = off - 0.09 if step.lift > 0 else off
-                    side = SIDES[foot]
-                    stays[-1].end = lift
-                    stays[-1].kick = action.kind.endswith("_up") and action.kind.startswith(side) and step.land > 1
-                    stays[-1].flies = action.flight > 0
-                    in_air = True
-                if step.land <= 1 and in_air:
-                    land = start + step.land * length
-                    if step.land <= 0:
-                        land = start + 0.5 * _flight_before(actions, action)
-                    elif action.kind.endswith("jump_down"):
-                        land = max(land, start + 0.5 * _flight_before(actions, action) + 0.08)
-                    stays.append(_Stay(land, total + 9.0, step.place, step.toes))
-                    in_air = False
-        if in_air:
-            last = stays[-1]
-            stays.append(_Stay(total + 0.35, total + 9.0, last.place, last.toes))
-        out.append(stays)
-    return out
-
-
-def _flight_before(actions: list[Planned], action: Planned) -> float:
-    number = actions.index(action)
-    return actions[number - 1].flight if number else 0.0
-
-
-def _path(
-    side: int, stays: list[_Stay], channels: FloatArray, height: FloatArray, flights: FloatArray, cuts: NDArray[np.int64]
-) -> FootPath:
-    """Path of one foot."""
-    name = SIDES[side]
-    frames = np.arange(len(channels))
-    pitch = make_interp_spline(frames / FPS, np.minimum(channels[:, PITCH + side], np.radians(8)), k=3)
-    pivot = make_interp_spline(frames / FPS, channels[:, PIVOT + side], k=3)
-    last = frames[-1] / FPS
-    via = []
-    for before, after in zip(stays[:-1], stays[1:]):
-        middle = 0.5 * (before.end + after.start)
-        lift = KICK_CLEARANCE_M if before.kick else CLEARANCE_M
-        if before.flies:
-            flight = float(flights[int(np.argmin(np.abs(cuts / FPS - middle)))])
-            lift = 0.03 + GRAVITY * flight**2 / 8
-        via.append((middle, 2, ankle_height() + lift))
-    return FootPath(
-        name,
-        tuple(Stance(s.start, s.end, float(s.place[0]), float(s.place[1]), SIGNS[name] * s.toes) for s in stays),
-        pitch=lambda at: np.asarray(pitch(np.clip(at, 0.0, last))),
-        pivot=lambda at: np.asarray(pivot(np.clip(at, 0.0, last))),
-        via=tuple(via),
-    )
-
-
 def _minima(actions: list[Planned], cuts: NDArray[np.int64]) -> FloatArray:
     """(N + 1,) acceleration at the cuts [m/s^2]: long actions bob slowly, lest the knees bend too far."""
     length = np.diff(cuts) / FPS
@@ -364,7 +300,7 @@ def _minima(actions: list[Planned], cuts: NDArray[np.int64]) -> FloatArray:
             minima[number] = -CROUCHING * GRAVITY
         if action.kind.endswith("jump_down"):
             minima[number + 1] = -CROUCHING * GRAVITY
-    return minima
+    return np.asarray(minima)
 
 
 def _heights(actions: list[Planned], chosen: list[Choice], rng: np.random.Generator) -> FloatArray:
@@ -376,32 +312,3 @@ def _heights(actions: list[Planned], chosen: list[Choice], rng: np.random.Genera
             rise += 0.85 * found.rise_m
         heights.append(GUARD_M + rise)
     return np.array(heights)
-
-
-def _pressure(
-    actions: list[Planned],
-    lead: str,
-    position: FloatArray,
-    rotation: FloatArray,
-    contacts: NDArray[np.bool_],
-) -> FloatArray:
-    """(T, 2) planned pressure point: under the foot that stands alone, else between both, forward in a punch [m]."""
-    soles = (position + 0.06 * rotation[..., 0])[..., :2]  # (T, 2, 2)
-    share = np.full(len(contacts), np.nan)  # of the left foot
-    alone = contacts.sum(axis=1) == 1
-    share[alone] = contacts[alone, 0]
-    shared = np.where(np.array(lead == "left"), STRIKING_SHARE, 1 - STRIKING_SHARE)
-    punches = np.zeros(len(share), dtype=bool)
-    for action in actions:
-        if context_of(action.kind) == "punch" and not action.kind.endswith("fwdbwd"):
-            punches[max(0, action.end - 6) : action.end + 7] = True
-    for first, after in stances(contacts.all(axis=1)):
-        if after - first > BRIEF_S * FPS:
-            margin = round(min(0.5 * (after - first) - 1, 0.06 * FPS))
-            share[first + margin : after - margin] = np.where(punches[first + margin : after - margin], shared, 0.5)
-    share[[0, -1]] = np.where(np.isnan(share[[0, -1]]), 0.5, share[[0, -1]])
-    known = np.flatnonzero(~np.isnan(share))
-    share = np.interp(np.arange(len(share)), known, share[known])
-    share = np.clip(gaussian_filter1d(share, 0.035 * FPS, mode="nearest"), 0.0, 1.0)[:, None]
-    return np.asarray(share * soles[:, 0] + (1 - share) * soles[:, 1])
-

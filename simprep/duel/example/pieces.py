@@ -93,6 +93,8 @@ def piece(name: str) -> Piece:
         supports = motion.contacts[:, side]
         channels[:, PITCH + side] = np.where(supports, np.arcsin(np.clip(foot[:, 2, 0], -1, 1)), 0.0)
         channels[:, PIVOT + side] = np.where(supports, sign * (turn - turn[begin]), 0.0)
+    out: tuple[int, ...]
+    back: tuple[int, ...]
     peak = motion.events.get("impact", motion.events.get("peak", begin))
     if "kick" in name or "roundhouse" in name:
         side = SIDES.index("left" if "left" in name else "right")

@@ -97,7 +97,7 @@ def _followed(temper: Temper, own: str, context: str) -> dict[str, float]:
     other = SIDES[1 - SIDES.index(side)]
     double, change = temper.double_punch * hurry, temper.other_hand * hurry
     if "_to_" in own or own.endswith("bwdfwd"):
-        double, change = 0.5 * double, 0.7 * change
+        double, change = 0.7 * double, 0.7 * change
     return {f"{side}_bwdfwd": double, f"{side}_to_{other}": change, f"{side}_bwd": 1 - double - change}
 
 

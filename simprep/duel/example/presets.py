@@ -53,12 +53,12 @@ class ExampleSettings:
     tempers: tuple[Temper, Temper]
     changes_foot: Mapping[str, float] = field(
         default_factory=lambda: {
-            "neutral": 0.42, "fwd": 0.35, "bwd": 0.35, "bwdfwd": 0.2, "fwdbwd": 0.25, "_to_left": 0.2, "_to_right": 0.2,
+            "neutral": 0.42, "fwd": 0.65, "bwd": 0.35, "bwdfwd": 0.35, "fwdbwd": 0.5, "_to_left": 0.35, "_to_right": 0.35,
             "_down": 0.3, "jump_down": 0.25,
         }
     )  # fmt: skip
-    distance_m: float = 1.3
-    punch_m: float = 0.86
+    distance_m: float = 1.25
+    punch_m: float = 0.84
     kick_m: float = 1.13
     reaction_s: tuple[tuple[float, float], tuple[float, float]] = ((0.25, 0.03), (0.39, 0.05))
     joint_noise_deg: float = 0.3
@@ -85,6 +85,7 @@ _KICKBOXER = Temper(
         "jump_up": 0.025, "left_jump_up": 0.02, "right_jump_up": 0.03,
     },
     contexts={"kick": (0.35, 0.4), "punch": (0.5, 0.7), "recovering": (1.5, 1.6), "neutral": (1.0, 1.0)},
+    double_punch=0.25,
     double_kick=0.2,
 )  # fmt: skip
 _OUTFIGHTER = Temper(
@@ -94,6 +95,7 @@ _OUTFIGHTER = Temper(
     },
     contexts={"kick": (0.6, 0.3), "punch": (0.8, 0.4), "recovering": (2.0, 1.4), "neutral": (0.8, 0.8)},
     again=0.5,
+    double_punch=0.28,
     other_hand=0.24,
     double_kick=0.24,
 )  # fmt: skip
@@ -104,7 +106,7 @@ _TAEKWONDO_A = Temper(
     },
     contexts={"kick": (0.5, 0.3), "punch": (0.8, 0.6), "recovering": (1.7, 1.3), "neutral": (1.0, 1.0)},
     again=0.8,
-    double_punch=0.25,
+    double_punch=0.35,
     double_kick=0.3,
 )  # fmt: skip
 _TAEKWONDO_B = Temper(
@@ -114,7 +116,7 @@ _TAEKWONDO_B = Temper(
     },
     contexts={"kick": (0.7, 0.4), "punch": (1.0, 0.5), "recovering": (1.9, 1.2), "neutral": (0.75, 0.75)},
     again=0.6,
-    double_punch=0.25,
+    double_punch=0.35,
     double_kick=0.3,
 )  # fmt: skip
 

@@ -278,7 +278,9 @@ def _place(settings: ExampleSettings, own: Fighter, other: Fighter, action: Plan
         if action.skips and number == 0:  # put down where it was; it moves with the kick
             action.steps.append(Step(foot, lift, land, own.feet[foot].copy(), float(toes[foot])))
             continue
-        own.feet[foot] = _reachable(places[foot], own.feet[1 - foot], foot, own.lead, heading) if not both else places[foot]
+        own.feet[foot] = (
+            _reachable(places[foot], own.feet[1 - foot], foot, own.lead, heading) if not both else places[foot]
+        )
         action.steps.append(Step(foot, lift, land, own.feet[foot].copy(), float(toes[foot])))
 
 
@@ -300,7 +302,10 @@ def _times(action: Planned, rng: np.random.Generator | None) -> list[tuple[int, 
     step of an action lifts the foot that it does not begin on and its last step the one it does not end on.
     """
     kind, first, last = action.kind, action.first, action.last
-    jitter = (lambda spread: 0.0) if rng is None else (lambda spread: float(rng.uniform(-spread, spread)))
+
+    def jitter(spread: float) -> float:
+        return 0.0 if rng is None else float(rng.uniform(-spread, spread))
+
     foot = {"L": 0, "R": 1}
     if kind.endswith("jump_up"):
         # the leg that kicks (or the one it does not begin on) leaves first; both land in the next action
@@ -320,11 +325,15 @@ def _times(action: Planned, rng: np.random.Generator | None) -> list[tuple[int, 
         return []
     if kind.endswith("_down"):
         kicking = SIDES.index(kind.partition("_")[0])
-        landing = [(kicking, -1.0, 0.62 + jitter(0.04))]
-        return landing if first == last else [(kicking, -1.0, 0.52), (1 - kicking, 0.62, 0.92)]
+        if first == last:
+            return [(kicking, -1.0, 0.62 + jitter(0.04))]
+        return [(kicking, -1.0, 0.52), (1 - kicking, 0.62, 0.92)]
     if first != last:
-        return [(1 - foot[first], 0.08 + jitter(0.03), 0.40 + jitter(0.04)), (1 - foot[last], 0.56 + jitter(0.04), 0.90)]
-    if action.role in ("guard", "block", "dodge", "feint") or kind.endswith(("bwdfwd", "fwdbwd")):
+        return [
+            (1 - foot[first], 0.08 + jitter(0.03), 0.40 + jitter(0.04)),
+            (1 - foot[last], 0.56 + jitter(0.04), 0.90),
+        ]
+    if action.role in ("guard", "block", "dodge", "feint") or kind.endswith("bwdfwd"):
         return []
     return [(1 - foot[first], 0.26 + jitter(0.08), 0.68 + jitter(0.08))]
 

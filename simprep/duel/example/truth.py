@@ -60,9 +60,7 @@ class Truth:
         """The true cuts, without the beginnings of clips."""
         ends = [self.table[self.table[:, 3] == clip][:, 1:3] for clip in np.unique(self.table[:, 3])]
         bounds = np.array([[part[:, 0].min(), part[:, 1].max()] for part in ends])
-        first, second = (
-            np.setdiff1d(self.table[self.table[:, 0] == player, 1], bounds[:, 0]) for player in range(2)
-        )
+        first, second = (np.setdiff1d(self.table[self.table[:, 0] == player, 1], bounds[:, 0]) for player in range(2))
         return Cuts((first, second), bounds)
 
     def fitting(self) -> NDArray[np.bool_]:
@@ -144,7 +142,16 @@ def read_truth(path: str | Path, stream: DuelStream | None = None) -> Truth:
         raise
     except SimprepError as error:
         raise MotionFileError(path, str(error)) from None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
+    except (
+        OSError,
+        ValueError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        EOFError,
+        zipfile.BadZipFile,
+        zlib.error,
+    ) as error:
         raise MotionFileError(path, f"not a readable truth ({type(error).__name__}: {error})") from None
 
 
