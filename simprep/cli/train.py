@@ -148,8 +148,8 @@ def _say(output: Output, content: dict[str, Any]) -> None:
         f"{100 * content['optimal_share']:.2f} % of the best possible"
     )
     output.say(
-        f"reaches the goal from {100 * content['arrival_share']:.2f} % of the {content['states']} states from which it can be "
-        f"reached; from {100 * starts['reached_share']:.1f} % of {starts['starts']} random starts on the continuous floor"
+        f"surely reaches the goal from {100 * content['arrival_share']:.2f} % of the states from which it can be reached "
+        f"({content['unreached']} are missing); from {100 * starts['reached_share']:.1f} % of {starts['starts']} random starts on the continuous floor"
     )
     least = starts["alpha_at_influence_min"]
     output.say(
