@@ -32,7 +32,7 @@ class CostWeights:
     """
 
     position: float = 40.0
-    relative: float = 30.0
+    relative: float = 45.0
     orientation: float = 3.0
     velocity: float = 0.5
     spin: float = 0.05
