@@ -56,7 +56,8 @@ def learning(
     table = measure(settings)
     rows, kept = [], []
     run(start(table, settings, LearningSettings(steps=1000)))  # compiles
-    for label, change in {"default": {}, "paper's constant rate": {"rate_decay": 0.0}}.items():
+    ways: dict[str, dict[str, Any]] = {"default": {}, "paper's constant rate": {"rate_decay": 0.0}}
+    for label, change in ways.items():
         for seed in range(seeds if not change else 1):
             training = start(table, settings, replace(LearningSettings(steps=steps, seed=seed), **change))
             begin = process_time()
@@ -116,7 +117,7 @@ def between_obstacles(policies: list[Policy]) -> list[dict[str, Any]]:
         goal = np.column_stack([distance * np.cos(angle), distance * np.sin(angle)])
         starts = Starts(goal, goal, np.full(count, AT_INFLUENCE), node)
         kept = np.array([round(near_obstacles((0.0, 0.0), tuple(place)) / ALPHA_STEP) for place in goal])
-        for label, least in {"alone": 0, "kept by the run time": kept}.items():
+        for label, least in (("alone", np.zeros_like(kept)), ("kept by the run time", kept)):
             outcomes = [roll_out(p.table, greedy(p), starts, p.settings.smoothing, least=least) for p in policies]
             low = np.min([outcome.level_range[:, 0].reshape(shape).min(axis=1) for outcome in outcomes], axis=0)
             reached = np.all([outcome.reached.reshape(shape).all(axis=1) for outcome in outcomes], axis=0)

@@ -182,7 +182,7 @@ def test_upper_confidence_starts_try_everything_first_and_then_what_may_be_best(
         if settings.confidence:
             assert spread.max() <= 1  # all actions of a state equally often
         else:
-            assert np.median(spread) > 20  # the best known one again and again
+            assert (spread > 1).mean() > 0.99  # the best known ones again and again
 
 
 def test_a_policy_reaches_nothing_from_a_closed_set_of_states(exact, best):
