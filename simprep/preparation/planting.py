@@ -200,9 +200,9 @@ def _corrections(
         value[part, 3] = turn
     ease = max(2, round(settings.foot_ease * fps))
     edges = [(0, 0), *runs, (n, n)]
-    for (start, left), (landed, stop) in pairwise(edges):
+    for (landing, left), (landed, stop) in pairwise(edges):
         if landed > left:
-            _bridge(value, start, left, landed, stop, ease)
+            _bridge(value, landing, left, landed, stop, ease)
     swing = ~contact
     travel = np.zeros(n)
     for (_, left), (landed, _) in pairwise(runs):
