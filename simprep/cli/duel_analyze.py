@@ -38,6 +38,9 @@ class DuelAnalyze:
     splits: Annotated[int, tyro.conf.arg(metavar="N", help_behavior_hint="")] = 5
     """Random divisions into training and held-out transitions (default 5)."""
 
+    components: Annotated[int, tyro.conf.arg(metavar="N", help_behavior_hint="")] = 8
+    """Most principal components in the curve of their number (default 8)."""
+
     seed: Annotated[int, tyro.conf.arg(metavar="N", help_behavior_hint="")] = 0
     """Decides what is annotated from a truth, folds and splits (default 0)."""
 
@@ -72,8 +75,12 @@ class DuelAnalyze:
             raise SettingError(f"--seed {self.seed}; valid: 0 or more")
         if not 1 <= self.splits <= 100:
             raise SettingError(f"--splits {self.splits}; valid: 1 to 100")
+        if not 1 <= self.components <= 48:
+            raise SettingError(f"--components {self.components}; valid: 1 to 48")
         begun = time.perf_counter()
-        settings = AnalysisSettings(self.annotated, EvaluationSettings(splits=self.splits))
+        settings = AnalysisSettings(
+            self.annotated, EvaluationSettings(splits=self.splits, components=tuple(range(1, self.components + 1)))
+        )
         stream = read_stream(self.stream)
         for warning in check_stream(stream).warnings:
             output.warn(warning)

@@ -86,7 +86,7 @@ _KICKBOXER = Temper(
     },
     contexts={"kick": (0.35, 0.4), "punch": (0.5, 0.7), "recovering": (1.5, 1.6), "neutral": (1.0, 1.0)},
     double_punch=0.25,
-    double_kick=0.2,
+    double_kick=0.28,
 )  # fmt: skip
 _OUTFIGHTER = Temper(
     start={
@@ -97,11 +97,11 @@ _OUTFIGHTER = Temper(
     again=0.5,
     double_punch=0.28,
     other_hand=0.24,
-    double_kick=0.24,
+    double_kick=0.3,
 )  # fmt: skip
 _TAEKWONDO_A = Temper(
     start={
-        "left_fwd": 0.05, "right_fwd": 0.07, "left_fwdbwd": 0.04, "right_fwdbwd": 0.04, "left_up": 0.19, "right_up": 0.24,
+        "left_fwd": 0.07, "right_fwd": 0.09, "left_fwdbwd": 0.08, "right_fwdbwd": 0.07, "left_up": 0.19, "right_up": 0.24,
         "jump_up": 0.04, "left_jump_up": 0.05, "right_jump_up": 0.06,
     },
     contexts={"kick": (0.5, 0.3), "punch": (0.8, 0.6), "recovering": (1.7, 1.3), "neutral": (1.0, 1.0)},
@@ -111,7 +111,7 @@ _TAEKWONDO_A = Temper(
 )  # fmt: skip
 _TAEKWONDO_B = Temper(
     start={
-        "left_fwd": 0.06, "right_fwd": 0.05, "left_fwdbwd": 0.04, "right_fwdbwd": 0.05, "left_up": 0.22, "right_up": 0.18,
+        "left_fwd": 0.08, "right_fwd": 0.07, "left_fwdbwd": 0.07, "right_fwdbwd": 0.08, "left_up": 0.22, "right_up": 0.18,
         "jump_up": 0.04, "left_jump_up": 0.06, "right_jump_up": 0.05,
     },
     contexts={"kick": (0.7, 0.4), "punch": (1.0, 0.5), "recovering": (1.9, 1.2), "neutral": (0.75, 0.75)},

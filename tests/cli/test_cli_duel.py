@@ -1,0 +1,83 @@
+"""`simprep duel example` and `simprep duel analyze`, as a user runs them."""
+
+import json
+
+import pytest
+
+from simprep.cli.main import main
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("duel")
+
+
+def run(capsys, *arguments):
+    code = main(["duel", *map(str, arguments)])
+    return code, *capsys.readouterr()
+
+
+def test_example_then_analyze(folder, capsys):
+    code, out, _ = run(capsys, "example", "taekwondo", "--clips", 1, "--seed", 1, "-o", folder, "--json")
+    assert code == 0
+    made = json.loads(out)
+    assert made["clips"] == 1
+    assert "synthetic" in made["source"]
+    assert (folder / "taekwondo_1.md").read_text().startswith("# taekwondo_1\n\nSynthetic")
+    code, out, _ = run(
+        capsys,
+        "analyze",
+        folder / "taekwondo_1.npz",
+        "-o",
+        folder / "out",
+        "--splits",
+        1,
+        "--components",
+        1,
+        "--annotated",
+        0.4,
+        "--json",
+    )
+    assert code == 0
+    found = json.loads(out)
+    wanted = {
+        "segments", "groups", "cut_f1", "label_accuracy", "label_macro_f1", "label_logprob", "density_logprob",
+        "components_curve", "wall_s", "peak_rss_mb",
+    }  # fmt: skip
+    assert wanted <= found.keys()
+    assert set(found["label_logprob"]) >= {"eq7", "eq8", "eq9", "truth"}
+    assert set(found["density_logprob"]) == {"semi_tied", "full", "diagonal"}
+    written = {path.name for path in (folder / "out").iterdir()}
+    assert {"model.npz", "tables.json", "tables.md", "cuts.txt", "labels.csv", "cuts.png", "components.png"} <= written
+
+
+def test_a_stream_without_truth_needs_annotations(folder, capsys):
+    (folder / "taekwondo_1.npz").rename(folder / "recorded.npz")
+    code, _, err = run(capsys, "analyze", folder / "recorded.npz", "-o", folder / "none")
+    assert code == 2
+    assert "no annotations" in err
+    assert not (folder / "none").exists()
+    code, _, _ = run(
+        capsys, "analyze", folder / "recorded.npz", "--annotations", folder / "out" / "labels.csv", "--cuts",
+        folder / "out" / "cuts.txt", "-o", folder / "own", "--splits", 1, "--components", 1, "--json",
+    )  # fmt: skip
+    assert code == 0
+    tables = json.loads((folder / "own" / "tables.json").read_text())
+    assert "cut_f1" not in tables
+    assert "truth" not in tables["label_logprob"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("example", "kickboxing", "--clips", "0"), "--clips 0; valid: 1 to 1000"),
+        (("example", "kickboxing", "--seed", "-1"), "--seed -1; valid: 0 or more"),
+        (("analyze", "nothing.npz"), "no such file"),
+        (("analyze", "nothing.npz", "--annotated", "2"), "valid: above 0, below 1"),
+    ],
+)
+def test_bad_input_is_one_line_and_exit_code_2(capsys, arguments, said):
+    code, _, err = run(capsys, *arguments)
+    assert code == 2
+    assert said in err
+    assert "Traceback" not in err
