@@ -35,6 +35,9 @@ class DuelAnalyze:
     annotated: Annotated[float, tyro.conf.arg(metavar="SHARE", help_behavior_hint="")] = 0.1
     """Share of the actions annotated from the truth of an example stream (default 0.1)."""
 
+    proposed: bool = False
+    """Annotate from the truth what `simprep duel label` would propose, in ten rounds, instead of a random sample."""
+
     splits: Annotated[int, tyro.conf.arg(metavar="N", help_behavior_hint="")] = 5
     """Random divisions into training and held-out transitions (default 5)."""
 
@@ -79,7 +82,9 @@ class DuelAnalyze:
             raise SettingError(f"--components {self.components}; valid: 1 to 48")
         begun = time.perf_counter()
         settings = AnalysisSettings(
-            self.annotated, EvaluationSettings(splits=self.splits, components=tuple(range(1, self.components + 1)))
+            self.annotated,
+            self.proposed,
+            EvaluationSettings(splits=self.splits, components=tuple(range(1, self.components + 1))),
         )
         stream = read_stream(self.stream)
         for warning in check_stream(stream).warnings:

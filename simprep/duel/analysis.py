@@ -16,7 +16,7 @@ from simprep.duel.annotations import Annotations
 from simprep.duel.evaluation import EvaluationSettings, evaluate, evaluate_labels
 from simprep.duel.example.truth import Truth
 from simprep.duel.label_scores import AspectScore, cross_validate, score
-from simprep.duel.labelling import LabelResult, label_stream, stream_features
+from simprep.duel.labelling import LabelResult, label_stream, propose, stream_features, train_labels
 from simprep.duel.labels import ASPECTS, LEARNED_ASPECTS, QUALIFIERS, decode
 from simprep.duel.rules import move_rule, react_rule
 from simprep.duel.segmentation import Cuts, Segmentation, segment_stream, stream_kinematics
@@ -31,6 +31,8 @@ IntArray = NDArray[np.int64]
 SCHEMA = "simprep.duel_analysis/1"
 TOLERANCE_S = 0.05
 """A cut is found where one lies this near: three frames at 60 per second [s]."""
+ROUNDS = 10
+"""In how many rounds proposed actions are annotated."""
 STAGES = ("kinematics", "segmentation", "labels", "structures", "model", "evaluation")
 
 
@@ -40,11 +42,13 @@ class AnalysisSettings:
 
     Attributes:
         annotated: share of the actions that are annotated from the truth, where there is one.
+        proposed: annotate what `simprep duel label` would propose, in rounds, instead of a random sample.
         evaluation: splits, components and priors.
         training: of the model that is saved.
     """
 
     annotated: float = 0.1
+    proposed: bool = False
     evaluation: EvaluationSettings = field(default_factory=EvaluationSettings)
     training: TrainingSettings = field(default_factory=TrainingSettings)
 
@@ -118,7 +122,11 @@ def analyse(
     else:
         assert truth is not None
         assert match is not None
-        annotations = annotate_from_truth(truth, match, settings.annotated, rng)
+        share = settings.annotated
+        if settings.proposed:
+            annotations = annotate_as_proposed(truth, match, share, features)
+        else:
+            annotations = annotate_from_truth(truth, match, share, rng)
     rows = annotations.rows
     labels = label_stream(stream, used, rows, annotations.qualifiers, features=features)
     scores = cross_validate(features[rows], annotations.qualifiers, rng) if len(rows) >= 4 else {}
@@ -288,6 +296,28 @@ def annotate_from_truth(truth: Truth, match: IntArray, share: float, rng: np.ran
     if len(right) < count:
         raise SettingError(f"{len(right)} of {len(match)} actions are cut as in the truth; {count} should be annotated")
     rows = np.sort(rng.choice(right, count, replace=False))
+    return Annotations(rows, truth.qualifiers[match[rows]])
+
+
+def annotate_as_proposed(truth: Truth, match: IntArray, share: float, features: NDArray[np.float64]) -> Annotations:
+    """What a person would have annotated who follows the proposals (`labelling.propose`), a tenth of them at a time.
+
+    Args:
+        truth: of the stream.
+        match: (S,) row of the truth for each action, or -1; those are passed over.
+        share: of all actions.
+        features: (S, F) of all actions.
+    """
+    wrong = np.flatnonzero(match < 0)
+    count = max(2, round(share * len(match)))
+    rows = np.zeros(0, dtype=np.int64)
+    while len(rows) < min(count, len(match) - len(wrong)):
+        margins = None
+        if len(rows):
+            margins = train_labels(features[rows], truth.qualifiers[match[rows]]).predict(features)[1]
+        wanted = min(max(2, count // ROUNDS), count - len(rows))
+        rows = np.concatenate([rows, propose(features, np.concatenate([rows, wrong]), margins, wanted)])
+    rows = np.sort(rows)
     return Annotations(rows, truth.qualifiers[match[rows]])
 
 

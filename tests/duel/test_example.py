@@ -229,7 +229,7 @@ def test_matching_counts_every_cut_once():
 
 
 def test_analysis_against_the_truth(example):
-    settings = AnalysisSettings(0.3, EvaluationSettings(splits=1, components=(2, 3), prior_counts=(10.0,)))
+    settings = AnalysisSettings(0.3, evaluation=EvaluationSettings(splits=1, components=(2, 3), prior_counts=(10.0,)))
     found = analyse(example.stream, np.random.default_rng(0), truth=example.truth, settings=settings)
     tables = found.tables
     assert tables["cut_f1"] > 0.95
