@@ -5,7 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simprep.duel.analysis import AnalysisSettings, analyse, cut_scores, match_actions, match_frames
+from simprep.duel.analysis import (
+    AnalysisSettings,
+    analyse,
+    annotate_as_proposed,
+    cut_scores,
+    match_actions,
+    match_frames,
+)
 from simprep.duel.evaluation import EvaluationSettings
 from simprep.duel.example.bout import SOURCE, make_example
 from simprep.duel.example.heave import heave
@@ -241,6 +248,17 @@ def test_analysis_against_the_truth(example):
     assert found.cuts.table().shape[0] == tables["segments"] == len(found.graph.actions)
     with pytest.raises(SettingError, match="no annotations"):
         analyse(example.stream, np.random.default_rng(0))
+
+
+def test_annotation_as_proposed_keeps_to_its_share_and_to_what_is_cut_right(example):
+    table = example.truth.table
+    match = np.arange(len(table))
+    match[::7] = -1
+    features = np.random.default_rng(0).normal(size=(len(table), 540))
+    found = annotate_as_proposed(example.truth, match, 0.2, features)
+    assert len(found.rows) == len(np.unique(found.rows)) == round(0.2 * len(table))
+    assert (match[found.rows] >= 0).all()
+    np.testing.assert_array_equal(found.qualifiers, example.truth.qualifiers[found.rows])
 
 
 def test_cuts_are_not_found_by_chance(example):
