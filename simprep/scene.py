@@ -10,8 +10,8 @@ from simprep.errors import SettingError
 from simprep.humanoid import DEFAULT_BODY, Body, humanoid_spec
 
 DEFAULT_TIMESTEP_S = 1.0 / 480.0
-"""Halving it moves the study's medians less than they vary between seeds (`scripts/timestep_study.py`); at 1/240 s
-mechanical work and COM distances still move by a fifth."""
+"""Halving it moves the medians of paired runs by under 5 % (`scripts/timestep_study.py`); at 1/240 s mechanical work
+and COM distances still move by a fifth."""
 FLOOR_BIT = 1
 OBJECT_BIT = 2**10
 
