@@ -1,7 +1,5 @@
 """A trained controller: which core node and which level of preparation come next, in every state."""
 
-import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -10,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.archive import open_archive, write_archive
 from simprep.behavior.displacement import DisplacementTable
 from simprep.behavior.settings import ControllerSettings, RewardSettings
 from simprep.behavior.spaces import (
@@ -23,8 +22,7 @@ from simprep.behavior.spaces import (
     encode,
 )
 from simprep.behavior.value_iteration import STATE_SHAPE
-from simprep.errors import MotionFileError, SimprepError
-from simprep.files import atomic_path
+from simprep.errors import MotionFileError
 from simprep.preparation.settings import PreparationSettings
 
 SCHEMA = "simprep.policy/1"
@@ -83,20 +81,13 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
     Returns:
         The path written.
     """
-    path = Path(path)
-    if path.suffix != ".npz":
-        path = path.with_name(path.name + ".npz")
     header = {
         "schema": SCHEMA,
         "fps": policy.table.fps,
         "settings": settings_to_json(policy.settings),
         "origin": dict(policy.origin),
     }
-    with atomic_path(path) as temporary, temporary.open("wb") as stream:
-        np.savez_compressed(
-            stream, header=np.array(json.dumps(header)), actions=policy.actions, displacement=policy.table.path
-        )
-    return path
+    return write_archive(path, header, {"actions": policy.actions, "displacement": policy.table.path})
 
 
 def load_policy(path: str | Path) -> Policy:
@@ -108,26 +99,12 @@ def load_policy(path: str | Path) -> Policy:
     Raises:
         MotionFileError: missing, not a policy, or of another schema version.
     """
-    path = Path(path)
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            header = json.loads(str(archive["header"]))
-            if not isinstance(header, dict) or header.get("schema") != SCHEMA:
-                given = header.get("schema") if isinstance(header, dict) else header
-                raise MotionFileError(path, f"schema {given!r}; this version reads {SCHEMA!r}")
-            actions, displacement = archive["actions"], archive["displacement"]
+    with open_archive(path, "policy", SCHEMA) as (header, archive):
+        actions, displacement = archive["actions"], archive["displacement"]
         if actions.shape != STATE_SHAPE or actions.max() >= ACTIONS:
             raise MotionFileError(path, f"actions of shape {actions.shape}; valid: {STATE_SHAPE}, below {ACTIONS}")
         settings = settings_from_json(header["settings"])
         return Policy(actions, DisplacementTable(displacement, float(header["fps"])), settings, header["origin"])
-    except MotionFileError:
-        raise
-    except FileNotFoundError:
-        raise MotionFileError(path, "no such file") from None
-    except SimprepError as error:
-        raise MotionFileError(path, str(error)) from None
-    except (OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise MotionFileError(path, f"not a readable policy ({type(error).__name__}: {error})") from None
 
 
 def settings_to_json(settings: ControllerSettings) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import zipfile
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -10,13 +9,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.archive import open_archive
 from simprep.behavior.displacement import DisplacementTable
 from simprep.behavior.model import QuantisedModel, build_model
 from simprep.behavior.policy import Policy, settings_from_json, settings_to_json
 from simprep.behavior.sarsa import Learner, allowed_values, greedy_actions, learn, new_learner
 from simprep.behavior.settings import ControllerSettings, LearningSettings
 from simprep.behavior.value_iteration import AT_GOAL, Backup, backup, policy_values
-from simprep.errors import MotionFileError, SettingError, SimprepError
+from simprep.errors import SettingError
 from simprep.files import atomic_path
 
 Array = NDArray[np.float64]
@@ -193,30 +193,18 @@ def load_training(path: str | Path) -> Training:
     Raises:
         MotionFileError: missing, not a training, or of another schema version.
     """
-    path = Path(path)
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            header = json.loads(str(archive["header"]))
-            if not isinstance(header, dict) or header.get("schema") != SCHEMA:
-                given = header.get("schema") if isinstance(header, dict) else header
-                raise MotionFileError(path, f"schema {given!r}; this version reads {SCHEMA!r}")
-            arrays = {name: archive[name] for name in ("values", "updates", "untried", "now", "random")}
-            learner = Learner(**arrays, steps=header["steps"], episodes=header["episodes"])
-            return Training(
-                settings=settings_from_json(header["settings"]),
-                learning=LearningSettings(**header["learning"]),
-                table=DisplacementTable(archive["displacement"], float(header["fps"])),
-                learner=learner,
-                curve=[CurvePoint(**point) for point in header["curve"]],
-                previous=archive["previous"],
-                wall_s=header["wall_s"],
-            )
-    except MotionFileError:
-        raise
-    except FileNotFoundError:
-        raise MotionFileError(path, "no such file") from None
-    except (SimprepError, OSError, ValueError, KeyError, TypeError, EOFError, zipfile.BadZipFile) as error:
-        raise MotionFileError(path, f"not a readable training ({type(error).__name__}: {error})") from None
+    with open_archive(path, "training", SCHEMA) as (header, archive):
+        arrays = {name: archive[name] for name in ("values", "updates", "untried", "now", "random")}
+        learner = Learner(**arrays, steps=header["steps"], episodes=header["episodes"])
+        return Training(
+            settings=settings_from_json(header["settings"]),
+            learning=LearningSettings(**header["learning"]),
+            table=DisplacementTable(archive["displacement"], float(header["fps"])),
+            learner=learner,
+            curve=[CurvePoint(**point) for point in header["curve"]],
+            previous=archive["previous"],
+            wall_s=header["wall_s"],
+        )
 
 
 def resume(

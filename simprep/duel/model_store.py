@@ -1,14 +1,12 @@
 """Saved duel models: one .npz with a schema version; everything is checked when it is read."""
 
-import json
-import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.archive import open_archive, write_archive
 from simprep.duel.action_features import PoseBasis
 from simprep.duel.label_estimates import LabelEstimate, LogLinear, fit_label_model
 from simprep.duel.label_model import LabelTriples
@@ -16,12 +14,9 @@ from simprep.duel.labels import QUALIFIERS
 from simprep.duel.semi_tied import ClassGaussians
 from simprep.duel.structures import PLAYERS, CoupledGraph, couple, link_actions
 from simprep.duel.transition_model import DuelModel, TransitionModel, player_model
-from simprep.errors import MotionFileError, SimprepError
-from simprep.files import atomic_path
+from simprep.errors import MotionFileError
 
 SCHEMA = "simprep.duel_model/1"
-MAX_BYTES = 300_000_000
-"""Largest model read; one of 16 minutes of fight has about 10 MB."""
 
 _SEGMENTS = ("player", "start", "end", "label", "clip")
 _BASIS = ("mean", "components", "explained")
@@ -40,9 +35,6 @@ def save_model(model: DuelModel, path: str | Path) -> Path:
     Returns:
         The path written.
     """
-    path = Path(path)
-    if path.suffix != ".npz":
-        path = path.with_name(path.name + ".npz")
     header = {
         "schema": SCHEMA,
         "fps": model.fps,
@@ -51,7 +43,7 @@ def save_model(model: DuelModel, path: str | Path) -> Path:
         "label_model": [player.labels.kind for player in model.players],
         "reaches_goals": [player.goal_gaussians is not None for player in model.players],
     }
-    parts: dict[str, NDArray[np.generic]] = {"header": np.array(json.dumps(header)), "parameters": model.parameters}
+    parts: dict[str, NDArray[Any]] = {"parameters": model.parameters}
     parts |= {f"segment_{name}": getattr(model.graph.actions, name) for name in _SEGMENTS}
     parts |= {f"basis_{name}": getattr(model.basis, name) for name in _BASIS}
     for player in model.players:
@@ -61,9 +53,7 @@ def save_model(model: DuelModel, path: str | Path) -> Path:
         for kind, gaussians in (("gaussian", player.gaussians), ("goal", player.goal_gaussians)):
             if gaussians is not None:
                 parts |= {f"{kind}_{name}_{player.player}": getattr(gaussians, name) for name in _GAUSSIANS}
-    with atomic_path(path) as temporary, temporary.open("wb") as stream:
-        np.savez_compressed(stream, allow_pickle=False, **parts)
-    return path
+    return write_archive(path, header, parts)
 
 
 def read_model(path: str | Path) -> DuelModel:
@@ -75,46 +65,15 @@ def read_model(path: str | Path) -> DuelModel:
     Raises:
         MotionFileError: missing, not ours, another schema version, other label qualifiers, or damaged.
     """
-    path = Path(path)
-    try:
-        with zipfile.ZipFile(path) as members:
-            unpacked = sum(member.file_size for member in members.infolist())
-        if unpacked > MAX_BYTES:
-            raise MotionFileError(path, f"{unpacked // 10**6} MB unpacked; valid: up to {MAX_BYTES // 10**6} MB")
-        with np.load(path, allow_pickle=False) as archive:
-            if "header" not in archive:
-                raise MotionFileError(path, f"not a duel model (no 'header' entry; schema {SCHEMA} expected)")
-            header = json.loads(str(archive["header"]))
-            if not isinstance(header, dict) or header.get("schema") != SCHEMA:
-                given = header.get("schema") if isinstance(header, dict) else header
-                raise MotionFileError(path, f"schema {given!r}; this version reads {SCHEMA!r}")
-            # Label codes number the qualifiers, so they mean nothing under another table.
-            if header["qualifiers"] != {aspect: list(names) for aspect, names in QUALIFIERS.items()}:
-                raise MotionFileError(path, "labels with other qualifiers than this version's")
-            parts = {name: archive[name] for name in archive.files}
+    with open_archive(path, "duel model", SCHEMA) as (header, archive):
+        # label codes number the qualifiers, so they mean nothing under another table
+        if header["qualifiers"] != {aspect: list(names) for aspect, names in QUALIFIERS.items()}:
+            raise MotionFileError(path, "labels with other qualifiers than this version's")
+        parts = {name: archive[name] for name in archive.files}
         bad = [name for name, part in parts.items() if part.dtype.kind == "f" and not np.isfinite(part).all()]
         if bad:
             raise MotionFileError(path, f"{bad[0]} holds NaN or infinity")
         return _assemble(header, parts)
-    except MotionFileError:
-        raise
-    except FileNotFoundError:
-        raise MotionFileError(path, "no such file") from None
-    except SimprepError as error:
-        raise MotionFileError(path, str(error)) from None
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        IndexError,
-        TypeError,
-        EOFError,
-        MemoryError,
-        np.linalg.LinAlgError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as error:
-        raise MotionFileError(path, f"not a readable duel model ({type(error).__name__}: {error})") from None
 
 
 def _assemble(header: dict[str, Any], parts: dict[str, NDArray[Any]]) -> DuelModel:

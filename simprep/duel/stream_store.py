@@ -2,21 +2,19 @@
 
 import json
 import zipfile
-import zlib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from simprep.archive import MAX_BYTES, UNREADABLE
 from simprep.duel.stream import PLAYERS, DuelStream
 from simprep.errors import MotionFileError, SimprepError
 from simprep.files import atomic_path
 from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, Body
 from simprep.motion.motion import Motion
-from simprep.motion.store import MAX_BYTES
 
 SCHEMA = "simprep.duel-stream/1"
-UNREADABLE = (OSError, ValueError, KeyError, TypeError, AttributeError, EOFError, zipfile.BadZipFile, zlib.error)
 
 
 def save_stream(stream: DuelStream, path: str | Path) -> Path:
