@@ -29,6 +29,8 @@ class Situation:
         opponent: (P,) parameters n2 of the opponent's in `frame`.
         frame: reference frame of this moment (Fig. 9), to bring points of the world into.
         example: index in B of the own action that ends; -1 where it is none of the model's.
+        position: (2,) own root on the floor at this moment, world [m]; None where the caller does not know.
+        heading: own heading at this moment, world [rad]; None where the caller does not know.
     """
 
     player: int
@@ -39,6 +41,8 @@ class Situation:
     opponent: FloatArray
     frame: FloorFrame
     example: int
+    position: FloatArray | None = None
+    heading: float | None = None
 
 
 @dataclass(frozen=True)
@@ -48,10 +52,15 @@ class Choice:
     Attributes:
         example: index in B of the action to perform.
         request: the user's request that it answers; empty for none.
+        goal: (2,) where the root should be `goal_s` after the action begins, on the floor of the world [m]: the drift of
+            the placement aims at it instead of the original placement. None: no such wish.
+        goal_s: see there [s].
     """
 
     example: int
     request: str = ""
+    goal: FloatArray | None = None
+    goal_s: float = 0.5
 
 
 class Chooser(Protocol):
