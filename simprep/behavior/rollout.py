@@ -15,6 +15,7 @@ from simprep.behavior.spaces import (
     AT_INFLUENCE,
     CORE_NODES,
     REACH_M,
+    SETTLES_S,
     goal_cell,
     influence_cell,
     polar,
@@ -52,8 +53,8 @@ class Outcome:
         reached: (N,) the goal was reached.
         time_s: (N,) until the goal; NaN where it was not reached [s].
         met: (N,) the source of influence was reached.
-        alpha_at_influence: (N,) level once the filter has settled, half a second after reaching it, when the target motion can
-            be launched; NaN where it was not reached.
+        alpha_at_influence: (N,) filtered level `SETTLES_S` after coming within reach, when the target motion can be launched,
+            the last command being held; NaN where it was not reached.
         alpha_on_crossing: (N,) filtered level at the instant of coming within reach; NaN likewise.
         largest_jump: (N,) largest change between successive commands, the forced one included.
         level_range: (N, 2) lowest and highest level commanded.
@@ -112,7 +113,7 @@ def roll_out(
         choose: the policy.
         starts: where they begin.
         smoothing: standard deviation of the filter on alpha [s].
-        force: whether alpha is forced to 1 on reaching the source of influence.
+        force: whether alpha is forced to 1 on reaching the source of influence, and held through the next action.
         actions: how many at most.
         least: (N,) lowest level that is commanded whatever the policy says, 0 to 5: what the run time keeps between two near
             obstacles (`simprep.behavior.runtime_leg.Task.keep`).
@@ -122,7 +123,8 @@ def roll_out(
     place, heading = np.zeros((count, 2)), np.zeros(count)
     level, node = starts.level.copy(), starts.node.copy()
     history = np.repeat(level[:, None] * ALPHA_STEP, len(kernel) - 1, axis=1)
-    active, reached, met = (np.full(count, flag) for flag in (True, False, False))
+    active, reached, met, held = (np.full(count, flag) for flag in (True, False, False, False))
+    settles = round(SETTLES_S * table.fps)
     time, at_influence, crossing = (np.full(count, np.nan) for _ in range(3))
     jump = np.zeros(count)
     extremes = np.array(np.column_stack([level, level]) * ALPHA_STEP, dtype=np.float64)
@@ -130,7 +132,7 @@ def roll_out(
         goal_distance, goal_angle = polar(relative(starts.goal, place, heading))
         distance, angle = polar(relative(starts.influence, place, heading))
         chosen, after = choose(level, node, goal_cell(goal_distance, goal_angle), influence_cell(distance, angle))
-        after = np.maximum(after, least)
+        after = np.where(held, AT_INFLUENCE, np.maximum(after, least))
         before = np.where(np.abs(after - level) > 1, after, level)
         path = table.path[chosen, before, after]  # (N, frames + 1, 3)
         c, s = np.cos(heading)[:, None], np.sin(heading)[:, None]
@@ -146,11 +148,11 @@ def roll_out(
         forced = meets & force
         commands = np.repeat(after[:, None] * ALPHA_STEP, frames, axis=1)
         commands = np.where(forced[:, None] & (np.arange(frames) >= at[:, None]), AT_INFLUENCE * ALPHA_STEP, commands)
-        signal = np.concatenate([history, commands], axis=1)
+        signal = np.concatenate([history, commands, np.repeat(commands[:, -1:], settles, axis=1)], axis=1)
         smoothed = np.lib.stride_tricks.sliding_window_view(signal, len(kernel), axis=1) @ kernel
         first = meets & ~met
         crossing = np.where(first, smoothed[np.arange(count), at], crossing)
-        at_influence = np.where(first, commands[:, -1], at_influence)
+        at_influence = np.where(first, smoothed[np.arange(count), at + settles], at_influence)
         met |= meets
         change = np.abs(after - level)
         change = np.where(forced, np.maximum(change, AT_INFLUENCE - after), change)
@@ -165,7 +167,7 @@ def roll_out(
         place = np.where(active[:, None], way[:, -1], place)
         heading = np.where(active, heading + path[:, -1, 2], heading)
         level, node = np.where(active, final, level), np.where(active, chosen, node)
-        history = signal[:, -(len(kernel) - 1) :]
+        history, held = signal[:, frames : frames + len(kernel) - 1], forced
         active &= ~arrives
         if not active.any():
             break

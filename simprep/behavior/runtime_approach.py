@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from simprep.behavior.runtime import Character
 from simprep.behavior.runtime_leg import ActionRecord, Leg, Task, World
+from simprep.behavior.spaces import SETTLES_S
 from simprep.errors import MotionError, SettingError
 from simprep.motion.edit import cut
 from simprep.motion.kinematics import forward_kinematics
@@ -22,7 +23,6 @@ Array = NDArray[np.float64]
 
 NEAR_M = 1.5
 """Two obstacles nearer than this: the style is kept between them."""
-_SETTLES_S = 0.5
 KEPT = 0.6
 """Level of preparation kept there: the lowest of the policy's levels that is not below 0.5."""
 
@@ -139,7 +139,7 @@ def _alpha_at_influence(legs: Sequence[Leg], level: Array, launches: Sequence[in
     if first.met_frame is None:
         return None
     last = launches[0] - 1 if launches else len(first.character) - 1
-    return float(level[min(first.met_frame + round(_SETTLES_S * fps), last)])
+    return float(level[min(first.met_frame + round(SETTLES_S * fps), last)])
 
 
 def near_obstacles(first: Sequence[float], second: Sequence[float]) -> float:

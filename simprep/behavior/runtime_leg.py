@@ -12,7 +12,7 @@ from simprep.behavior.graph import MotionGraph
 from simprep.behavior.influence import Influence, contact_weights, mixed_style, style_of, time_to_contact
 from simprep.behavior.runtime import Character, RuntimeSettings
 from simprep.behavior.runtime_locomotion import CoreNodes
-from simprep.behavior.spaces import REACH_M, Action, Observation, observe
+from simprep.behavior.spaces import REACH_M, SETTLES_S, Action, Observation, observe
 from simprep.errors import MotionError, SettingError
 from simprep.motion.edit import resample
 from simprep.motion.motion import Motion
@@ -145,6 +145,7 @@ class Leg:
         self._met: set[int] = set()
         self.reach_frame: int | None = None
         self.met_frame: int | None = None
+        self._held_until = 0
         self.policy_s = 0.0
         names = dict.fromkeys(name for influence in task.influences for name in influence.targets)
         self._styles = {name: world.style(name) for name in names}
@@ -207,6 +208,8 @@ class Leg:
         action = world.policy.act(seen)
         character.turn_to(world.cores.names[action.node], frames)
         alpha = max(action.alpha, task.keep) if world.prepare else 0.0
+        if len(character) < self._held_until:
+            alpha = 1.0
         commands = np.full(frames, alpha)
         forced = False
         times = now + np.arange(1, frames + 1) / self.fps
@@ -223,6 +226,7 @@ class Leg:
                 forced = world.prepare
                 if forced:
                     commands[int(near.argmax()) :] = 1.0
+                    self._held_until = len(character) + int(near.argmax()) + round(SETTLES_S * self.fps)
                     path = character.path(commands, share)[:, :2]
                 if task.meet and nearest == 0:
                     self.reach_frame = len(character) + int(near.argmax())

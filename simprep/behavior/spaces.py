@@ -28,6 +28,8 @@ RANGE_M = 2.6
 one step of a walk more: else a walking character would jump over that ring and see what it approaches at 1.4 m only."""
 AT_INFLUENCE = ALPHA_LEVELS - 1
 """The level forced on reaching the source of influence: 1.0."""
+SETTLES_S = 0.5
+"""So long the forced level is held, until the filter on alpha has settled and the target can be launched [s]."""
 
 
 @dataclass(frozen=True)

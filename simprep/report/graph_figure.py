@@ -72,7 +72,7 @@ def plot_graph(graph: MotionGraph, path: str | Path, families: Mapping[str, str]
         f"{len(graph.core)} core nodes, {len(graph.targets)} targets, {len(graph.transitions)} transitions; "
         f"darker: nearer, up to {limit:g} m"
     )
-    axes.set_title(lines, fontsize=10)
+    axes.set_title(lines, fontsize=10, y=0.97)
     axes.set_xlim(-1.35, 1.35)
     axes.set_ylim(-1.35, 1.35)
     axes.set_aspect("equal")

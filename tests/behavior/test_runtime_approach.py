@@ -42,6 +42,14 @@ def test_it_gets_there_prepared_and_without_jumps(world):
         assert np.abs(np.diff(result.level[:at])).max() < 0.05  # the Gaussian filter
 
 
+def test_at_an_influence_on_the_way_the_level_stays_until_the_filter_has_settled(world):
+    result = approach(world, [Task((4.0, 0.0), "punch_right", (Influence((3.0, 0.0), {"punch_right": 1.0}),))])
+    assert result.reached
+    assert any(action.forced for action in result.actions[:-1])
+    assert result.alpha_at_influence > 0.9
+    assert result.max_alpha_jump <= 0.25
+
+
 def test_without_preparation_it_walks_on_and_launches(world):
     result = approach(replace(world, prepare=False), [one((2.0, 0.0))])
     assert result.reached
