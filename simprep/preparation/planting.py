@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from simprep.humanoid import BODIES, DEFAULT_BODY, FEET, SIDES, Body
+from simprep.library.curves import minimum_jerk
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.rotations import axis_rotation, rotation_matrix
@@ -56,6 +57,7 @@ def plant_feet(
     body: Body = DEFAULT_BODY,
     settings: PreparationSettings = DEFAULT_SETTINGS,
     start: Array | None = None,
+    ease_in: float = 0.0,
 ) -> Planted:
     """Move the legs (and lower the pelvis where they cannot reach) so that supporting feet stay put.
 
@@ -69,6 +71,7 @@ def plant_feet(
         body: the humanoid.
         settings: times and clearances.
         start: (2, 4) corrections of the first frame, where a stance goes on from an earlier part of the motion.
+        ease_in: time within which the lowering of the pelvis sets in, where the first frame is given already [s].
     """
     before = forward_kinematics(qpos, body)
     rotation = rotation_matrix(before.xquat)
@@ -89,6 +92,8 @@ def plant_feet(
         goal_rotation[:, side] = axis_rotation("z", turn) @ track.rotation
         changed[:, side] = (np.abs(shift).max(axis=1) > _NOTHING) | (np.abs(turn) > _NOTHING)
     drop = _pelvis_drop(before, rotation, goal, changed, fps, body, settings)
+    if ease_in > 0:
+        drop *= minimum_jerk(np.arange(len(qpos)) / (ease_in * fps))
     changed |= (drop > _NOTHING)[:, None]
     out = qpos.copy()
     out[:, 2] -= drop

@@ -1,0 +1,185 @@
+"""From one action into the next without a pop: the difference dies away, and standing feet stay where they are.
+
+The difference in pose, velocity and acceleration at the seam decays along a quintic (inertialisation, Bollo 2018, "Inertialization:
+high-performance animation transitions in Gears of War", GDC), then feet are planted by `preparation.planting`.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from simprep.errors import SettingError
+from simprep.humanoid import DEFAULT_BODY, Body, humanoid_model
+from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.preparation.planting import plant_feet
+from simprep.preparation.settings import PreparationSettings
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class StitchSettings:
+    """How actions are joined.
+
+    Attributes:
+        window_s: time over which the difference dies away [s].
+        landing_s: least time for a foot in the air to come down where the next action already stands [s].
+        drop_s: further time per metre that it is above the floor [s/m].
+        ease_s: time within which the pelvis may begin to sink so that legs reach [s].
+
+    Raises:
+        SettingError: a time that is not positive.
+    """
+
+    window_s: float = 0.3
+    landing_s: float = 0.15
+    drop_s: float = 0.3
+    ease_s: float = 0.1
+
+    def __post_init__(self) -> None:
+        for name in ("window_s", "landing_s", "drop_s", "ease_s"):
+            if not 0 < getattr(self, name) <= 2:
+                raise SettingError(f"{name} {getattr(self, name)}; valid: above 0, up to 2 s")
+
+
+DEFAULT_STITCH = StitchSettings()
+_PLANTING = PreparationSettings()
+
+
+@dataclass(frozen=True)
+class Seam:
+    """A fighter at the moment when the next action takes over.
+
+    Attributes:
+        poses: (3, 44) the frame before, this one, and the one that would have followed.
+        contacts: (2,) feet that stand.
+        lift: (2,) height of their soles [m].
+    """
+
+    poses: FloatArray
+    contacts: BoolArray
+    lift: FloatArray
+
+
+@dataclass(frozen=True)
+class Stitched:
+    """An action as performed.
+
+    Attributes:
+        qpos: (F, 44), the first frame being the seam's pose.
+        contacts: (F, 2) supporting feet.
+        kinematics: of the poses.
+        miss: (F, 2) distance of each ankle from where it should be [m].
+    """
+
+    qpos: FloatArray
+    contacts: BoolArray
+    kinematics: Kinematics
+    miss: FloatArray
+
+
+def inertialise(seam: FloatArray, target: FloatArray, before: FloatArray, frames: float) -> FloatArray:
+    """A motion that begins with given pose, velocity and acceleration and becomes the target.
+
+    Args:
+        seam: (3, 44) poses before, at and after the first frame, of what goes on.
+        target: (F, 44) poses, F at least 2.
+        before: (44,) pose before the target's first one.
+        frames: after so many nothing of the difference is left.
+
+    Returns:
+        (F, 44) poses.
+    """
+    ends = np.stack([before, target[0], target[1]])
+    offset = _difference(target[0], seam[1])
+    own = np.stack([_difference(seam[0], seam[1]), _difference(seam[1], seam[2])])
+    other = np.stack([_difference(ends[0], ends[1]), _difference(ends[1], ends[2])])
+    slope = 0.5 * (own.sum(axis=0) - other.sum(axis=0)) * frames
+    bend = ((own[1] - own[0]) - (other[1] - other[0])) * frames**2
+    x = np.minimum(np.arange(len(target)) / frames, 1.0)[:, None]
+    fade = (
+        offset * (1 - x**3 * (10 - 15 * x + 6 * x**2))
+        + slope * (x - x**3 * (6 - 8 * x + 3 * x**2))
+        + bend * 0.5 * x**2 * (1 - x) ** 3
+    )
+    out = target.copy()
+    out[:, :3] += fade[:, :3]
+    turned = Rotation.from_rotvec(fade[:, 3:6]) * Rotation.from_quat(target[:, 3:7], scalar_first=True)
+    quat = turned.as_quat(scalar_first=True)
+    out[:, 3:7] = quat * np.where((quat * target[:, 3:7]).sum(axis=1) < 0, -1.0, 1.0)[:, None]
+    out[:, 7:] += fade[:, 6:]
+    return out
+
+
+def _difference(a: FloatArray, b: FloatArray) -> FloatArray:
+    """(43,) from pose a to pose b: position, rotation vector in the world, hinges."""
+    turn = Rotation.from_quat(b[3:7], scalar_first=True) * Rotation.from_quat(a[3:7], scalar_first=True).inv()
+    return np.concatenate([b[:3] - a[:3], turn.as_rotvec(), b[7:] - a[7:]])
+
+
+def plan_contacts(contacts: BoolArray, seam: Seam, fps: float, settings: StitchSettings = DEFAULT_STITCH) -> BoolArray:
+    """Contacts of an action that begins in a seam.
+
+    A foot in the air lands a little later than the example has it, and the other one waits for it.
+
+    Args:
+        contacts: (F, 2) of the example.
+        seam: where it begins.
+        fps: frames per second [1/s].
+        settings: times.
+    """
+    out = contacts.copy()
+    flies = not seam.contacts.any()
+    for side in range(2):
+        if contacts[0, side] and not seam.contacts[side]:
+            frames = max(1, int(np.ceil((settings.landing_s + settings.drop_s * max(seam.lift[side], 0.0)) * fps)))
+            out[:frames, side] = False
+            if not flies and contacts[:frames].any(axis=1).all():
+                out[:frames, 1 - side] |= seam.contacts[1 - side]
+    return out
+
+
+def stitch(
+    seam: Seam,
+    source: FloatArray,
+    contacts: BoolArray,
+    target: FloatArray,
+    before: FloatArray,
+    fps: float,
+    body: Body = DEFAULT_BODY,
+    settings: StitchSettings = DEFAULT_STITCH,
+) -> Stitched:
+    """Perform an action from a seam on.
+
+    Args:
+        seam: where it begins.
+        source: (F, 44) the example as it was recorded, with still feet.
+        contacts: (F, 2) of the example.
+        target: (F, 44) the example, placed.
+        before: (44,) pose before the first one, placed.
+        fps: frames per second [1/s].
+        body: the humanoid.
+        settings: times.
+    """
+    planned = plan_contacts(contacts, seam, fps, settings)
+    low, high = humanoid_model(body).jnt_range[1:].T
+    qpos = inertialise(seam.poses, target, before, settings.window_s * fps)
+    qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
+    weight = (planned != contacts).any(axis=1).astype(np.float64)
+    planted = plant_feet(
+        qpos,
+        forward_kinematics(source, body),
+        planned,
+        weight,
+        np.zeros(2),
+        fps,
+        body,
+        _PLANTING,
+        ease_in=settings.ease_s,
+    )
+    out = planted.qpos
+    out[0] = seam.poses[1]
+    return Stitched(out, planned, planted.kinematics, planted.foot_error)
