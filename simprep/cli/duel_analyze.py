@@ -13,7 +13,7 @@ from simprep.cli.output import Output, print_result
 
 @dataclass(frozen=True)
 class DuelAnalyze:
-    """Cut, label and model a stream, and evaluate every stage. Writes model.npz, tables.json, tables.md, labels.csv, plots.
+    """Cut, label and model a stream, and evaluate every stage. Writes model.npz with its stream.npz (for `simprep fight`), tables, labels, plots.
 
     An example stream needs no ANNOTATIONS: a random tenth of its actions is annotated from the truth beside it.
 
@@ -65,8 +65,8 @@ class DuelAnalyze:
         from simprep.duel.cuts import read_cuts, save_cuts
         from simprep.duel.evaluation import EvaluationSettings
         from simprep.duel.example.truth import read_truth, truth_path
+        from simprep.duel.fight_model import save_fight_model
         from simprep.duel.labels import ASPECTS, decode
-        from simprep.duel.model_store import save_model
         from simprep.duel.stream import check_stream
         from simprep.duel.stream_store import read_stream
         from simprep.errors import MissingExtraError, SettingError
@@ -105,7 +105,7 @@ class DuelAnalyze:
         self.out.mkdir(parents=True, exist_ok=True)
         command = f"simprep duel analyze {self.stream.name} --seed {self.seed} --splits {self.splits}"
         written = [
-            save_model(found.model, self.out / "model.npz"),
+            *save_fight_model(found.model, stream, self.out),
             save_cuts(found.segmentation if cuts is None else cuts, stream, self.out / "cuts.txt"),
             save_annotations(
                 self.out / "labels.csv", found.labels.table, np.arange(len(found.labels.codes)),

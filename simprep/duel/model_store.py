@@ -25,12 +25,13 @@ _SCORES = ("own_score", "opponent_score")
 _GAUSSIANS = ("classes", "mean", "covariance")
 
 
-def save_model(model: DuelModel, path: str | Path) -> Path:
+def save_model(model: DuelModel, path: str | Path, stream_sha256: str = "") -> Path:
     """Write a model to .npz, atomically.
 
     Args:
         model: what to write.
         path: the file; `.npz` is appended if missing.
+        stream_sha256: digest of the stream it was learned from (`fight_model.stream_digest`); empty: not remembered.
 
     Returns:
         The path written.
@@ -39,6 +40,7 @@ def save_model(model: DuelModel, path: str | Path) -> Path:
         "schema": SCHEMA,
         "fps": model.fps,
         "goal_delay_s": model.goal_delay,
+        "stream_sha256": stream_sha256,
         "qualifiers": {aspect: list(names) for aspect, names in QUALIFIERS.items()},
         "label_model": [player.labels.kind for player in model.players],
         "reaches_goals": [player.goal_gaussians is not None for player in model.players],
@@ -74,6 +76,19 @@ def read_model(path: str | Path) -> DuelModel:
         if bad:
             raise MotionFileError(path, f"{bad[0]} holds NaN or infinity")
         return _assemble(header, parts)
+
+
+def learned_from(path: str | Path) -> str:
+    """Digest of the stream that a saved model was learned from; empty where the file does not say.
+
+    Args:
+        path: the .npz file.
+
+    Raises:
+        MotionFileError: as `read_model`.
+    """
+    with open_archive(path, "duel model", SCHEMA) as (header, _):
+        return str(header.get("stream_sha256", ""))
 
 
 def _assemble(header: dict[str, Any], parts: dict[str, NDArray[Any]]) -> DuelModel:

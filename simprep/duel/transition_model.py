@@ -98,6 +98,7 @@ class TransitionModel:
         own: FloatArray,
         opponent: FloatArray,
         goal: FloatArray | None = None,
+        bonus: FloatArray | None = None,
     ) -> Candidates:
         """Weigh every label's best example.
 
@@ -107,6 +108,8 @@ class TransitionModel:
             own: (P,) n1 in the frame of this moment (`action_features.floor_frame`, `action_parameters`).
             opponent: (P,) n2 in the same frame (`opponent=True`).
             goal: (2,) wanted root position 0.5 s from now in the same frame [m], or None.
+            bonus: (S,) a further factor on the density of each of `examples`, as a logarithm, such as how probably it
+                leads where it should; None: none.
 
         Raises:
             SettingError: parameters of the wrong length or not finite, a goal where the model has learned none.
@@ -120,7 +123,7 @@ class TransitionModel:
             raise SettingError("this model has not learned to reach positions: its clips were too short")
         with np.errstate(divide="ignore"):
             log_label = np.log(self.labels.distribution(own_label, opponent_label))
-        log_density, best = selector.best(given)
+        log_density, best = selector.best(given, bonus)
         return Candidates(log_label + log_density, self.examples[best])
 
     def sample(
@@ -132,6 +135,7 @@ class TransitionModel:
         opponent: FloatArray,
         goal: FloatArray | None = None,
         allowed: NDArray[np.bool_] | None = None,
+        bonus: FloatArray | None = None,
     ) -> int:
         """Draw the next action: its index in B.
 
@@ -143,11 +147,12 @@ class TransitionModel:
             opponent: see there.
             goal: see there.
             allowed: (K,) which candidates may be chosen (from the action table R); None: all.
+            bonus: as in `candidates`.
 
         Raises:
             SettingError: as `candidates`, or none is allowed.
         """
-        found = self.candidates(own_label, opponent_label, own, opponent, goal)
+        found = self.candidates(own_label, opponent_label, own, opponent, goal, bonus)
         cumulative = np.cumsum(found.probabilities(allowed))
         # Scaled, so that rounding in the last sum cannot lead past the end or onto a forbidden candidate.
         choice = np.searchsorted(cumulative, rng.random() * cumulative[-1], side="right")
@@ -293,11 +298,13 @@ class _Selector:
         self._first = np.searchsorted(model.candidate, np.arange(len(row)))
         self._norm = np.log(np.diagonal(white, axis1=1, axis2=2)).sum(axis=1) - 0.5 * dimension * np.log(2 * np.pi)
 
-    def best(self, given: FloatArray) -> tuple[FloatArray, IntArray]:
-        """Greatest log density (K,) of each candidate's examples, and which example (K,) has it."""
+    def best(self, given: FloatArray, bonus: FloatArray | None = None) -> tuple[FloatArray, IntArray]:
+        """Greatest log density (K,) of each candidate's examples, bonus included, and which example (K,) has it."""
         white = (self._matrix @ given - self._offset).reshape(self._shape)
         residual = self._examples + white[self._candidate, self._given :]
         square = np.einsum("si,si->s", residual, residual)
+        if bonus is not None:
+            square -= 2 * bonus
         least = np.minimum.reduceat(square, self._first)
         at_least = np.flatnonzero(square == least[self._candidate])
         best = at_least[np.searchsorted(self._candidate[at_least], np.arange(self._shape[0]))]

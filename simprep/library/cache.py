@@ -27,6 +27,8 @@ ENVIRONMENT = "SIMPREP_CACHE_DIR"
 """Environment variable that names another cache folder."""
 PACKAGES = ("numpy", "scipy", "mujoco", "mink", "daqp")
 """Packages that poses are computed with."""
+SOURCES = ("library", "motion")
+"""Folders of simprep whose code makes motions."""
 KEPT_VERSIONS = 4
 """Keys whose motions are kept; the oldest go. Several, so that two versions in use do not take turns in deleting."""
 _IMPORT_S = 5.0
@@ -64,39 +66,49 @@ def cached_motion(name: str, generate: Callable[[], Motion], inputs: bytes = b""
         if motion.name == name:
             return motion
     motion = generate()
-    if motion.name == name and not _edited_since_import():
+    if motion.name == name and not edited_since_import():
         with contextlib.suppress(OSError):
             save_motion(motion, path)
-            _drop_old_versions(path.parents[1])
+            drop_old_versions(path.parents[1])
     return motion
 
 
-@lru_cache(maxsize=1)
-def code_key() -> str:
-    """Hash of all that a generated motion depends on, 16 hexadecimal digits."""
+@lru_cache(maxsize=4)
+def code_key(folders: tuple[str, ...] = SOURCES, packages: tuple[str, ...] = PACKAGES) -> str:
+    """Hash of all that something generated depends on, 16 hexadecimal digits.
+
+    Args:
+        folders: of simprep, whose code makes it; the humanoid always counts.
+        packages: that it is computed with.
+    """
     digest = hashlib.sha256()
-    versions = [f"{package} {metadata.version(package)}" for package in PACKAGES]
+    versions = [f"{package} {metadata.version(package)}" for package in packages]
     digest.update("\n".join((simprep.__version__, platform.machine(), *versions)).encode())
-    for path in _sources():
+    for path in _sources(folders):
         digest.update(f"\n{path.name} {path.stat().st_size}\n".encode())
         digest.update(path.read_bytes())
     return digest.hexdigest()[:16]
 
 
-def _sources() -> Iterator[Path]:
+def _sources(folders: tuple[str, ...] = SOURCES) -> Iterator[Path]:
     package = Path(simprep.__file__).parent
-    for folder in ("library", "motion"):
+    for folder in folders:
         yield from sorted((package / folder).rglob("*.py"))
     yield package / "humanoid.py"
     yield from sorted(mjcf_folder().glob("*.xml"))
 
 
-def _edited_since_import() -> bool:
-    """A running process may hold older code than the files now show; what it makes then belongs under no key."""
-    return any(path.stat().st_mtime > _IMPORTED_AT for path in _sources())
+def edited_since_import(folders: tuple[str, ...] = SOURCES) -> bool:
+    """Whether this process may hold older code than the files now show; what it makes then belongs under no key."""
+    return any(path.stat().st_mtime > _IMPORTED_AT for path in _sources(folders))
 
 
-def _drop_old_versions(folder: Path) -> None:
+def drop_old_versions(folder: Path) -> None:
+    """Remove all but the newest keys of a cache.
+
+    Args:
+        folder: that holds one folder for each key.
+    """
     versions = sorted((path for path in folder.iterdir() if path.is_dir()), key=lambda path: path.stat().st_mtime)
     for old in versions[:-KEPT_VERSIONS]:
         shutil.rmtree(old, ignore_errors=True)

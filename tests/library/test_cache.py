@@ -107,7 +107,7 @@ def test_the_key_follows_code_and_model_and_newer_code_keeps_nothing(folder, mon
         assert code_key.__wrapped__() != before
     # code newer than this process: its motions belong to no key
     monkeypatch.setattr(cache, "_IMPORTED_AT", time.time() - 60)
-    assert cache._edited_since_import()
+    assert cache.edited_since_import()
     shutil.rmtree(folder)
     cached_motion("duck", generate)
     assert not list(folder.rglob("*.npz"))
