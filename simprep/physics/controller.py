@@ -1,11 +1,13 @@
 """What a controller is: something that turns the simulated state into servo targets. And the plain one, `pd`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.physics.fighters import Fighter, fighter_of_scene
 from simprep.physics.reference import Reference
 
 
@@ -22,7 +24,7 @@ class Controller(Protocol):
             data: mujoco.MjData, read only.
 
         Returns:
-            (37,) [rad].
+            (37,) of one fighter, (74,) of two [rad].
         """
         ...
 
@@ -31,7 +33,7 @@ class Controller(Protocol):
         ...
 
 
-def feedforward_targets(reference: Reference, model: Any) -> NDArray[np.float64]:
+def feedforward_targets(reference: Reference, model: Any, fighter: Fighter) -> NDArray[np.float64]:
     """Servo targets that reproduce the reference's velocity: q* + (kd / kp) q̇*.
 
     A servo with torque kp (u - q) - kd q̇ brakes a joint that moves as it should unless the target leads by this much.
@@ -39,12 +41,13 @@ def feedforward_targets(reference: Reference, model: Any) -> NDArray[np.float64]
     Args:
         reference: what to track, N + 1 steps.
         model: mujoco.MjModel of the scene.
+        fighter: who tracks it.
 
     Returns:
         (N + 1, 37) [rad]. Entry k is the target during step k, taken at its end.
     """
-    kp = model.actuator_gainprm[:, 0]
-    kd = -model.actuator_biasprm[:, 2]
+    kp = model.actuator_gainprm[fighter.controls, 0]
+    kd = -model.actuator_biasprm[fighter.controls, 2]
     targets = reference.qpos[:, 7:] + (kd / kp) * reference.qvel[:, 6:]
     return np.concatenate([targets[1:], targets[-1:]])
 
@@ -53,12 +56,16 @@ def feedforward_targets(reference: Reference, model: Any) -> NDArray[np.float64]
 class PdController:
     """Joint servos to the reference, nothing else: the papers' servo and an honest lower bound."""
 
-    reference: Reference
+    references: Sequence[Reference]
     model: Any
     name: str = "pd"
 
     def __post_init__(self) -> None:
-        self._targets = feedforward_targets(self.reference, self.model)
+        targets = [
+            feedforward_targets(reference, self.model, fighter_of_scene(number))
+            for number, reference in enumerate(self.references)
+        ]
+        self._targets = np.concatenate(targets, axis=1)
 
     def target(self, step: int, data: Any) -> NDArray[np.float64]:
         """Servo targets for the coming step (see `Controller.target`)."""

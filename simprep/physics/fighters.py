@@ -7,7 +7,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import BODIES, HINGES, N_QPOS, N_QVEL
+from simprep.humanoid import BODIES, HINGES, N_QPOS
 
 WORLD = -1
 """Owner of geoms that belong to no humanoid."""
@@ -17,13 +17,13 @@ IntArray = NDArray[np.intp]
 
 @dataclass(frozen=True)
 class Fighter:
-    """Where one humanoid's quantities are in the arrays of a scene.
+    """Where one humanoid's quantities are in the arrays of a model.
 
     Attributes:
         number: 0 or 1, the position among the scene's bodies.
-        qpos: its 44 entries of qpos.
-        qvel: its 43 entries of qvel.
-        controls: its 37 actuators.
+        qpos: its entries of qpos.
+        qvel: its entries of qvel.
+        controls: its actuators.
         bodies: its 17 model bodies, in the order of `simprep.humanoid.BODIES`.
     """
 
@@ -34,18 +34,20 @@ class Fighter:
     bodies: slice
 
 
-def fighter_of_scene(number: int) -> Fighter:
+def fighter_of_scene(number: int, hinges: int = len(HINGES)) -> Fighter:
     """Layout of one humanoid of a scene made by `simprep.scene.build_scene`.
 
     Args:
         number: 0, or 1 for the second of two.
+        hinges: hinges, and actuators, of each humanoid; fewer than all in a reduced model.
     """
+    n_qpos, n_qvel, n_bodies = 7 + hinges, 6 + hinges, len(BODIES)
     return Fighter(
         number,
-        slice(number * N_QPOS, (number + 1) * N_QPOS),
-        slice(number * N_QVEL, (number + 1) * N_QVEL),
-        slice(number * len(HINGES), (number + 1) * len(HINGES)),
-        slice(1 + number * len(BODIES), 1 + (number + 1) * len(BODIES)),
+        slice(number * n_qpos, (number + 1) * n_qpos),
+        slice(number * n_qvel, (number + 1) * n_qvel),
+        slice(number * hinges, (number + 1) * hinges),
+        slice(1 + number * n_bodies, 1 + (number + 1) * n_bodies),
     )
 
 

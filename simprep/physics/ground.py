@@ -7,7 +7,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import BODIES, SIDES
+from simprep.humanoid import BODIES, FEET
+from simprep.physics.fighters import Fighter
 
 LEAST_LOAD_N = 20.0
 _TRUNK = ("pelvis", "abdomen", "thorax", "neck", "head")
@@ -31,15 +32,21 @@ class GroundReading:
 
 
 class GroundReader:
-    """Reads contacts between one humanoid and the world from MjData; holds index maps only."""
+    """Reads contacts between one humanoid and the world from MjData; holds index maps only.
 
-    def __init__(self, model: Any) -> None:
+    Args:
+        model: mujoco.MjModel of the scene.
+        fighter: which humanoid of the scene.
+    """
+
+    def __init__(self, model: Any, fighter: Fighter) -> None:
         self._model = model
         self._floor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "floor")
         self._body_of_geom = np.array(model.geom_bodyid)
-        feet = [model.body(f"{side}_foot").id for side in SIDES]
-        self._foot = {body: side for side, body in enumerate(feet)}
-        self._trunk = {model.body(name).id: (BODIES.index(name), name) for name in _TRUNK}
+        first = fighter.bodies.start
+        self._own = range(first, fighter.bodies.stop)
+        self._foot = {first + body: side for side, body in enumerate(FEET)}
+        self._trunk = {first + BODIES.index(name): (BODIES.index(name), name) for name in _TRUNK}
         self._buffer = np.zeros(6)
 
     def read(self, data: Any) -> GroundReading:
@@ -54,15 +61,15 @@ class GroundReader:
         contact = data.contact
         bodies = self._body_of_geom[contact.geom] if data.ncon else np.zeros((0, 2), int)
         for index in range(data.ncon):
-            first, second = bodies[index]
-            if first != 0 and second != 0:
+            first, second = int(bodies[index, 0]), int(bodies[index, 1])
+            body = first or second  # the world is 0
+            if (first and second) or body not in self._own:
                 continue
             mujoco.mj_contactForce(self._model, data, index, self._buffer)
             # the frame's first row is the normal, pointing from geom 1 to geom 2; the force acts on geom 2
             force = contact.frame[index].reshape(3, 3).T @ self._buffer[:3]
-            body = second
             if second == 0:
-                force, body = -force, first
+                force = -force
             total += force
             if body in self._foot:
                 foot_force[self._foot[body]] += force

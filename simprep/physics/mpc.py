@@ -4,23 +4,27 @@ Every `replan` seconds the offsets of the next `horizon` seconds are improved by
 offsets around the last solution, simulate each sample with MuJoCo from the current state, score it against the
 reference, and move to the weighted mean of the best. The servos see target = feed-forward + offset; nothing else acts on
 the body. Samples are simulated with `mujoco.batch`, which gives the same bits at any thread count.
+
+Two fighters are planned jointly: both are sampled in the same simulations, in which they touch each other.
 """
 
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from time import perf_counter
 from typing import Any
 
-import mujoco
 import numpy as np
-from mujoco.batch import Batch
 from numpy.typing import NDArray
 
 from simprep.errors import SettingError
 from simprep.humanoid import HINGES
 from simprep.physics.controller import feedforward_targets
+from simprep.physics.fighters import Fighter, fighter_of_scene
 from simprep.physics.inverse_dynamics import needed_torques
 from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference
+from simprep.physics.rollouts import Record, Rollouts, record_of
+from simprep.physics.sampling import OffsetSearch, SearchSettings, linear_basis
 from simprep.physics.tracking_cost import CostWeights, TrackingCost
 from simprep.scene import SceneSettings
 
@@ -93,14 +97,35 @@ class MpcSettings:
                 f"mpc: {self.elites} elites, {self.iterations} iterations; valid: 1 to samples, 1 or more"
             )
 
+    @property
+    def search(self) -> SearchSettings:
+        """The part that concerns sampling alone."""
+        return SearchSettings(self.samples, self.elites, self.keep, self.shrink, self.temperature, self.scales)
+
 
 class MpcController:
-    """Receding-horizon sampling of servo-target offsets; state is the current plan and the random generator."""
+    """Receding-horizon sampling of servo-target offsets; state is the current plan and the random generator.
+
+    Args:
+        references: what each humanoid of the scene tracks, one or two of equal length.
+        model: mujoco.MjModel of the scene.
+        scene: what the model was built from.
+        seed: of the random generator.
+        settings: configuration.
+        common_elites: of two fighters: whether the samples are judged by the sum of both costs, instead of each
+            fighter's part of them by its own.
+    """
 
     name = "mpc"
 
     def __init__(
-        self, reference: Reference, model: Any, scene: SceneSettings, seed: int, settings: MpcSettings | None = None
+        self,
+        references: Sequence[Reference],
+        model: Any,
+        scene: SceneSettings,
+        seed: int,
+        settings: MpcSettings | None = None,
+        common_elites: bool = False,
     ) -> None:
         self._settings = settings or MpcSettings()
         s = self._settings
@@ -111,35 +136,45 @@ class MpcController:
         self._steps = max(1, round(s.horizon / dt))
         self._every = max(1, round(s.replan / world_dt))  # in steps of the world
         self._rng = np.random.default_rng(seed)
-        self._feedforward = feedforward_targets(reference, model)
-        if s.torque_share > 0:
-            torque = np.clip(needed_torques(reference), *model.actuator_forcerange.T)
-            self._feedforward = self._feedforward + s.torque_share * torque / model.actuator_gainprm[:, 0]
-        self._last = len(reference.qpos) - 1
-        std = np.array([_noise_of(HINGES[hinge], s.noise) for hinge in planner.hinges]) * s.noise_scale
-        self._sampled = np.flatnonzero(std)
-        self._std = std[self._sampled]
-        self._knots = int(np.ceil(s.horizon / s.knot_spacing - 1e-9)) + 1
-        self._basis = _linear_basis(np.arange(self._steps, dtype=np.float64) * dt / s.knot_spacing, self._knots)
+        fighters = [fighter_of_scene(number) for number in range(len(references))]
+        self._feedforward = np.concatenate(
+            [_feedforward(reference, model, one, s) for reference, one in zip(references, fighters)], axis=1
+        )
+        self._last = len(references[0].qpos) - 1
+        knots = int(np.ceil(s.horizon / s.knot_spacing - 1e-9)) + 1
+        self._basis = linear_basis(np.arange(self._steps, dtype=np.float64) * dt / s.knot_spacing, knots)
         until_replan = np.arange(self._every, dtype=np.float64) * world_dt
-        self._world_basis = _linear_basis(until_replan / s.knot_spacing, self._knots)
-        shift_position = np.arange(self._knots) + self._every * world_dt / s.knot_spacing
-        self._shift = _linear_basis(np.minimum(shift_position, self._knots - 1), self._knots)
-        self._plan = np.zeros((self._knots, len(self._sampled)))
-        self._kept = np.zeros((0, *self._plan.shape))
-        self._cost = TrackingCost(reference, self._ratio, world_dt, self._steps, planner.qvel, s.weights)
-        self._batch = Batch(planner.model, s.samples, nthread=s.threads)
-        self._body_quat = self._batch.expand("body_quat")
-        self._qpos = self._batch.bind("qpos")
-        self._qvel = self._batch.bind("qvel")
-        self._warmstart = self._batch.bind("qacc_warmstart")
-        self._time = self._batch.bind("time")
-        self._scale = np.resize(np.array(s.scales), s.samples)
-        self._offsets = np.zeros((self._every, len(HINGES)))
+        self._world_basis = linear_basis(until_replan / s.knot_spacing, knots)
+        shift_position = np.arange(knots) + self._every * world_dt / s.knot_spacing
+        shift = linear_basis(np.minimum(shift_position, knots - 1), knots)
+        self._costs = [
+            TrackingCost(reference, self._ratio, world_dt, self._steps, planner.dofs, s.weights)
+            for reference in references
+        ]
+        std = np.array([_noise_of(HINGES[hinge], s.noise) for hinge in planner.hinges]) * s.noise_scale
+        sampled = np.flatnonzero(std)
+        self._width = len(sampled)
+        together = (
+            [tuple(range(len(references)))] if common_elites else [(number,) for number in range(len(references))]
+        )
+        self._searches = [
+            _Search(
+                members,
+                np.concatenate([planner.fighters[member].controls.start + sampled for member in members]),
+                OffsetSearch(shift, np.tile(std[sampled], len(members)), s.search),
+            )
+            for members in together
+        ]
+        self._rollouts = Rollouts(planner, s.samples, self._steps, s.threads)
+        self._offsets = np.zeros((self._every, model.nu))
         self._planned_at = -1
-        self.simulation_s = 0.0
         self.total_s = 0.0
         self.rejected = 0
+
+    @property
+    def simulation_s(self) -> float:
+        """Computing time spent inside MuJoCo so far [s]."""
+        return self._rollouts.simulation_s
 
     def target(self, step: int, data: Any) -> NDArray[np.float64]:
         """Servo targets for the coming step (see `Controller.target`); replans when due."""
@@ -156,71 +191,59 @@ class MpcController:
 
     def _replan(self, step: int, data: Any) -> None:
         s = self._settings
-        carried = np.einsum("kl,nlj->nkj", self._shift, self._kept)
-        mean = self._shift @ self._plan
         frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
-        feedforward = self._feedforward[frames][:, self._planner.hinges]  # (steps, planned hinges)
-        pool, costs = np.zeros((0, *mean.shape)), np.zeros(0)
+        feedforward = self._feedforward[frames][:, self._planner.controls]  # (steps, planned controls)
+        for one in self._searches:
+            one.search.begin()
         for iteration in range(s.iterations):
-            noise = self._rng.standard_normal((s.samples, *mean.shape)) * self._std * s.shrink**iteration
-            theta = mean + self._scale[:, None, None] * noise  # (samples, knots, sampled)
-            theta[0] = mean
-            if iteration == 0:
-                theta[1] = 0.0
-                theta[2 : 2 + len(carried)] = carried
+            tried = [one.search.sample(self._rng, iteration) for one in self._searches]
             control = np.repeat(feedforward[None], s.samples, axis=0)
-            control[:, :, self._sampled] += np.einsum("tk,nkj->ntj", self._basis, theta)
-            # the state is the same for all iterations of a plan, so earlier samples stay in the competition
-            pool = np.concatenate([pool, theta])
-            costs = np.concatenate([costs, self._evaluate(step, data, control, theta)])
-            order = np.argsort(costs, kind="stable")[: s.elites]
-            order = order[np.isfinite(costs[order])]
-            if len(order) == 0:
+            for one, theta in zip(self._searches, tried):
+                control[:, :, one.controls] += np.einsum("tk,nkj->ntj", self._basis, theta)
+            record, failed = self._rollouts.run(data, control)
+            costs = [self._evaluate(step, one, record, theta) for one, theta in zip(self._searches, tried)]
+            failed |= ~np.isfinite(costs).all(axis=0)
+            self.rejected += int(failed.sum())
+            improved = [
+                one.search.update(theta, np.where(failed, np.inf, cost))
+                for one, theta, cost in zip(self._searches, tried, costs)
+            ]
+            if not all(improved):
                 break  # every sample diverged: keep the plan and let the simulation show what happens
-            best = costs[order]
-            weight = np.exp(-(best - best[0]) / (s.temperature * (np.std(best) + 1e-12)))
-            mean = np.einsum("n,nkj->kj", weight / weight.sum(), pool[order])
-            self._kept = pool[order[: s.keep]]
-        self._plan = mean
         self._offsets[:] = 0.0
-        self._offsets[:, self._planner.hinges[self._sampled]] = self._world_basis @ mean
+        for one in self._searches:
+            self._offsets[:, self._planner.controls[one.controls]] = self._world_basis @ one.search.plan
 
-    def _evaluate(
-        self, step: int, data: Any, control: NDArray[np.float64], theta: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        self._qpos[:] = data.qpos[self._planner.qpos]
-        self._qvel[:] = data.qvel[self._planner.qvel]
-        self._warmstart[:] = data.qacc_warmstart[self._planner.qvel]
-        for body, quat in self._planner.fused_orientations(data):
-            self._body_quat[:, body] = quat
-        self._time[:] = data.time
-        warned = self._batch.warning[:, :, 1].sum(axis=1)
-        begin = perf_counter()
-        record = self._batch.rollout(
-            self._steps,
-            control=control,
-            control_spec=mujoco.mjtState.mjSTATE_CTRL,
-            record=("qpos", "qvel", "xpos", "subtree_com"),
-        )
-        self.simulation_s += perf_counter() - begin
-        cost = self._cost.evaluate(step, record, theta)
-        # MuJoCo resets a diverged state by itself, so finite numbers alone prove nothing
-        failed = (self._batch.warning[:, :, 1].sum(axis=1) > warned) | ~np.isfinite(cost)
-        self.rejected += int(failed.sum())
-        return np.where(failed, np.inf, cost)
+    def _evaluate(self, step: int, one: "_Search", record: Record, theta: NDArray[np.float64]) -> NDArray[np.float64]:
+        total = np.zeros(len(theta))
+        for place, member in enumerate(one.members):
+            own = theta[:, :, place * self._width : (place + 1) * self._width]
+            total = total + self._costs[member].evaluate(step, record_of(record, self._planner.fighters[member]), own)
+        return total
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Offsets that are judged together.
+
+    Attributes:
+        members: fighters whose costs are added up.
+        controls: (sampled,) the planner's actuators that the offsets belong to.
+        search: the search itself.
+    """
+
+    members: tuple[int, ...]
+    controls: NDArray[np.intp]
+    search: OffsetSearch
+
+
+def _feedforward(reference: Reference, model: Any, fighter: Fighter, settings: MpcSettings) -> NDArray[np.float64]:
+    targets = feedforward_targets(reference, model, fighter)
+    if settings.torque_share > 0:
+        torque = np.clip(needed_torques(reference), *model.actuator_forcerange[fighter.controls].T)
+        targets = targets + settings.torque_share * torque / model.actuator_gainprm[fighter.controls, 0]
+    return targets
 
 
 def _noise_of(hinge: str, noise: tuple[tuple[str, float], ...]) -> float:
     return next((value for ending, value in noise if hinge.endswith(ending)), 0.0)
-
-
-def _linear_basis(position: NDArray[np.float64], knots: int) -> NDArray[np.float64]:
-    """Weights of linear interpolation between knots 0..knots-1 at positions (in knots), held at the ends."""
-    position = np.clip(position, 0, knots - 1)
-    low = np.minimum(position.astype(int), knots - 2)
-    weight = position - low
-    basis = np.zeros((len(position), knots))
-    rows = np.arange(len(position))
-    basis[rows, low] = 1 - weight
-    basis[rows, low + 1] += weight
-    return basis

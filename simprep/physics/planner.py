@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.humanoid import HINGES
+from simprep.physics.fighters import Fighter, fighter_of_scene
 from simprep.scene import SceneSettings, scene_spec
 
 FIXED_ENDINGS = (
@@ -30,21 +31,27 @@ class Planner:
         model: mujoco.MjModel.
         qpos: indices into the full qpos.
         qvel: indices into the full qvel.
-        hinges: indices into `HINGES` of its actuators.
+        controls: indices of its actuators among the world's.
+        hinges: indices into `HINGES` of the hinges that each humanoid keeps.
+        dofs: indices into the qvel of one full humanoid that each keeps.
+        fighters: where each humanoid's quantities are in the reduced model.
         fused: model ids of the fixed bodies whose posture is copied from the world at every plan.
     """
 
     model: Any
     qpos: NDArray[np.intp]
     qvel: NDArray[np.intp]
+    controls: NDArray[np.intp]
     hinges: NDArray[np.intp]
+    dofs: NDArray[np.intp]
+    fighters: tuple[Fighter, ...]
     fused: tuple[int, ...]
 
     def fused_orientations(self, data: Any) -> Iterator[tuple[int, NDArray[np.float64]]]:
         """Orientation relative to its parent of each fixed body in the world's present state.
 
         Args:
-            data: mujoco.MjData of the world (one humanoid; body ids are the same).
+            data: mujoco.MjData of the world (its body ids are the same).
 
         Yields:
             (model body id, (4,) quaternion wxyz).
@@ -57,23 +64,29 @@ class Planner:
 
 
 def build_planner(scene: SceneSettings, timestep: float) -> Planner:
-    """Planner model of a scene with one humanoid.
+    """Planner model of a scene.
 
     Args:
-        scene: the simulated world.
+        scene: the simulated world, with one humanoid or two.
         timestep: step of the planner [s].
     """
     spec = scene_spec(replace(scene, timestep=timestep))
-    kept = [index for index, name in enumerate(HINGES) if not name.endswith(FIXED_ENDINGS)]
-    names = {HINGES[index] for index in kept}
-    for part in [*spec.actuators, *(joint for joint in spec.joints if joint.name != "root")]:
-        if part.name not in names:
+    for part in [*spec.actuators, *spec.joints]:
+        if part.name.endswith(FIXED_ENDINGS):
             spec.delete(part)
     model = spec.compile()
+    kept = np.array([index for index, name in enumerate(HINGES) if not name.endswith(FIXED_ENDINGS)], dtype=np.intp)
+    dofs = np.append(np.arange(6), 6 + kept)
+    numbers = range(len(scene.bodies))
+    world = [fighter_of_scene(number) for number in numbers]
+    fused = [body for body in range(model.nbody) if model.body(body).name.endswith(_FUSED_BODIES)]
     return Planner(
         model=model,
-        qpos=np.array([*range(7), *(7 + index for index in kept)], dtype=np.intp),
-        qvel=np.array([*range(6), *(6 + index for index in kept)], dtype=np.intp),
-        hinges=np.array(kept, dtype=np.intp),
-        fused=tuple(model.body(name).id for name in _FUSED_BODIES),
+        qpos=np.concatenate([fighter.qpos.start + np.append(np.arange(7), 7 + kept) for fighter in world]),
+        qvel=np.concatenate([fighter.qvel.start + dofs for fighter in world]),
+        controls=np.concatenate([fighter.controls.start + kept for fighter in world]),
+        hinges=kept,
+        dofs=dofs,
+        fighters=tuple(fighter_of_scene(number, len(kept)) for number in numbers),
+        fused=tuple(fused),
     )

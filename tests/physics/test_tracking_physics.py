@@ -12,9 +12,10 @@ from simprep.motion.edit import cut, repeat
 from simprep.motion.kinematics import body_clearance, forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.physics.mpc import MpcSettings
+from simprep.physics.pushes import Push
 from simprep.physics.reference import ReferenceSettings, make_reference
 from simprep.physics.run import Run
-from simprep.physics.track import Push, TrackSettings, track
+from simprep.physics.track import TrackSettings, track
 from simprep.scene import Obstacle, SceneSettings, build_scene
 
 WEIGHT_N = 75.0 * 9.81

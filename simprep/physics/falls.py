@@ -1,0 +1,69 @@
+"""When a simulated run is over before its time: falls and divergence."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from simprep.physics.fighters import Fighter
+from simprep.physics.ground import GroundReader
+from simprep.physics.reference import Reference
+
+
+@dataclass(frozen=True)
+class FallRule:
+    """When a run counts as a fall.
+
+    Attributes:
+        drop: the pelvis or head is lower than the reference's by more than this [m].
+        clearance: or pelvis, trunk, neck or head touch the floor while the reference's is higher than this [m].
+    """
+
+    drop: float = 0.35
+    clearance: float = 0.10
+
+
+def fall(data: Any, fighter: Fighter, reference: Reference, step: int, ground: GroundReader, rule: FallRule) -> str:
+    """The rule by which a fighter's state is a fall, in words; empty if it is none.
+
+    Args:
+        data: mujoco.MjData after the step.
+        fighter: whose state.
+        reference: what it tracks.
+        step: index of the state in the reference.
+        ground: of this fighter.
+        rule: what counts as a fall.
+    """
+    heights = data.xpos[fighter.bodies, 2]
+    goal = reference.kinematics.xpos[step - 1, :, 2]  # xpos belongs to the state before the step
+    for name, index in (("pelvis", 0), ("head", 4)):
+        if heights[index] < goal[index] - rule.drop:
+            return f"the {name} is {goal[index] - heights[index]:.2f} m lower than the reference's"
+    for index, name in ground.trunk_contacts(data):
+        if reference.clearance[step - 1, index] > rule.clearance:
+            return f"the {name} touches the floor"
+    return ""
+
+
+_BAD_WARNINGS = (
+    mujoco.mjtWarning.mjWARN_BADQPOS,
+    mujoco.mjtWarning.mjWARN_BADQVEL,
+    mujoco.mjtWarning.mjWARN_BADQACC,
+    mujoco.mjtWarning.mjWARN_BADCTRL,
+)
+
+
+def divergence(data: Any) -> str:
+    """Why the last step is not data, in words; empty if it is.
+
+    Args:
+        data: mujoco.MjData after the step.
+    """
+    # MuJoCo resets a state that turned NaN by itself, so finite numbers alone prove nothing
+    for kind in _BAD_WARNINGS:
+        if data.warning[kind].number:
+            return f"MuJoCo warning {mujoco.mjtWarning(kind).name}"
+    if not np.isfinite(data.qpos).all():
+        return "NaN in qpos"
+    return ""

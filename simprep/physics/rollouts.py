@@ -1,0 +1,83 @@
+"""A batch of simulations of the planner's model from one state, on several threads, with the same bits at any number."""
+
+from collections.abc import Mapping
+from time import perf_counter
+from typing import Any
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+from numpy.typing import NDArray
+
+from simprep.physics.fighters import Fighter
+from simprep.physics.planner import Planner
+
+Record = Mapping[str, NDArray[np.float64]]
+
+
+class Rollouts:
+    """Simulates sequences of servo targets from the world's present state.
+
+    Args:
+        planner: the reduced model.
+        samples: simulations in a batch.
+        steps: length of each, in the planner's steps.
+        threads: simulation threads; 0 for all cores. Does not change the result.
+    """
+
+    def __init__(self, planner: Planner, samples: int, steps: int, threads: int) -> None:
+        self._planner, self._steps = planner, steps
+        self._batch = Batch(planner.model, samples, nthread=threads)
+        self._body_quat = self._batch.expand("body_quat")
+        self._qpos = self._batch.bind("qpos")
+        self._qvel = self._batch.bind("qvel")
+        self._warmstart = self._batch.bind("qacc_warmstart")
+        self._time = self._batch.bind("time")
+        self.simulation_s = 0.0
+
+    def run(self, data: Any, control: NDArray[np.float64]) -> tuple[Record, NDArray[np.bool_]]:
+        """Simulate.
+
+        Args:
+            data: mujoco.MjData of the world, read only.
+            control: (samples, steps, controls) servo targets of the planner's actuators [rad].
+
+        Returns:
+            records qpos, qvel, xpos, subtree_com, each (samples, steps, ...), and which samples diverged, (samples,).
+        """
+        self._qpos[:] = data.qpos[self._planner.qpos]
+        self._qvel[:] = data.qvel[self._planner.qvel]
+        self._warmstart[:] = data.qacc_warmstart[self._planner.qvel]
+        for body, quat in self._planner.fused_orientations(data):
+            self._body_quat[:, body] = quat
+        self._time[:] = data.time
+        warned = self._batch.warning[:, :, 1].sum(axis=1)
+        begin = perf_counter()
+        record = self._batch.rollout(
+            self._steps,
+            control=control,
+            control_spec=mujoco.mjtState.mjSTATE_CTRL,
+            record=("qpos", "qvel", "xpos", "subtree_com"),
+        )
+        self.simulation_s += perf_counter() - begin
+        # MuJoCo resets a diverged state by itself, so finite numbers alone prove nothing
+        return record, self._batch.warning[:, :, 1].sum(axis=1) > warned
+
+
+def record_of(record: Record, fighter: Fighter) -> Record:
+    """The part of a record that belongs to one fighter, laid out as that of a scene with one humanoid.
+
+    Args:
+        record: of `Rollouts.run`.
+        fighter: of `Planner.fighters`.
+
+    Returns:
+        qpos, qvel, and xpos and subtree_com whose entries 1 to 17 are the fighter's bodies (entry 0 means nothing).
+    """
+    bodies = slice(fighter.bodies.start - 1, fighter.bodies.stop)
+    return {
+        "qpos": record["qpos"][:, :, fighter.qpos],
+        "qvel": record["qvel"][:, :, fighter.qvel],
+        "xpos": record["xpos"][:, :, bodies],
+        "subtree_com": record["subtree_com"][:, :, bodies],
+    }
