@@ -1,4 +1,4 @@
-"""The recorded actions, ready to be performed anew: poses with clean feet, interaction moments, reference frames.
+"""The recorded actions, ready to be performed anew: poses, contacts, interaction moments, reference frames.
 
 Everything that does not depend on the fight is worked out once, so that synthesis is array work. Actions are numbered as in
 B of the model; actions of a further recording may be appended (`with_recording`), such as held-out attacks.
@@ -18,18 +18,17 @@ from simprep.duel.stream_tracks import pair_tracks
 from simprep.duel.structures import ActionList
 from simprep.duel.transition_model import DuelModel
 from simprep.errors import MotionError
-from simprep.humanoid import BODIES, FEET, SIDES, Body
-from simprep.motion.footholds import FootPoses, place_feet
-from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.humanoid import FEET, Body
+from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import rotation_matrix
-from simprep.preparation.foot_ik import legs, solve_leg
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 SMOOTHING_S = 0.02
 """Standard deviation of the Gaussian that takes measurement noise out of recorded poses [s]."""
-KNEES = tuple(BODIES.index(f"{side}_shank") for side in SIDES)
+PLAY = np.radians(4.0)
+"""A standing foot that turns by less than this does not pivot."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +38,12 @@ class Excerpt:
     Attributes:
         qpos: (F, 44) poses.
         contacts: (F, 2) supporting feet.
+        turning: (F, 2) headings of the feet, see `ExampleMotions` [rad].
     """
 
     qpos: FloatArray
     contacts: BoolArray
+    turning: FloatArray
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,9 @@ class ExampleMotions:
         actions: all actions; the first `known` are B of the model, frames are counted over all recordings.
         known: number of actions in B.
         bounds: (clips, 2) first frame of every clip and the frame after its last.
-        qpos: (2, T, 44) poses of both players, noise taken out, supporting feet still.
+        qpos: (2, T, 44) poses of both players, noise taken out.
         contacts: (2, T, 2) supporting feet.
+        turning: (2, T, 2) headings of the feet without wobbling, for their changes [rad].
         moments: (A,) frame of each action's greatest contact force, its interaction moment.
         attacks: (A,) whether the action brings a fist or foot towards the opponent.
         guard: (A,) whether the action is none of a punch, kick or jump.
@@ -72,6 +74,7 @@ class ExampleMotions:
     bounds: IntArray
     qpos: FloatArray
     contacts: BoolArray
+    turning: FloatArray
     moments: IntArray
     attacks: BoolArray
     guard: BoolArray
@@ -118,6 +121,7 @@ class ExampleMotions:
             bounds=np.concatenate([self.bounds, other.bounds + shift]),
             qpos=np.concatenate([self.qpos, other.qpos], axis=1),
             contacts=np.concatenate([self.contacts, other.contacts], axis=1),
+            turning=np.concatenate([self.turning, other.turning], axis=1),
             moments=np.concatenate([self.moments, other.moments + shift]),
             attacks=np.concatenate([self.attacks, other.attacks]),
             guard=np.concatenate([self.guard, other.guard]),
@@ -149,7 +153,8 @@ class ExampleMotions:
         qpos = a + share * (b - a)  # neighbours are so near that the straight way is the round one
         qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1, keepdims=True)
         nearest = np.clip(np.round(wanted).astype(np.int64), first, after - 1)
-        return Excerpt(qpos, self.contacts[player, nearest])
+        turning = self.turning[player, low] + share * (self.turning[player, low + 1] - self.turning[player, low])
+        return Excerpt(qpos, self.contacts[player, nearest], turning)
 
     def at(self, frame: int) -> tuple[int, int]:
         """The two actions that hold a frame.
@@ -195,14 +200,16 @@ def _examples(stream: DuelStream, actions: ActionList, basis: PoseBasis, fps: fl
             "they were cut from"
         )
     bounds = stream.bounds.astype(np.int64)
-    poses, contacts, both = [], [], []
+    poses, contacts, turning, both = [], [], [], []
     moments = np.zeros(len(actions), dtype=np.int64)
     for player, motion in enumerate(stream.players):
         qpos = _smooth(motion.qpos, stream.fps, bounds)
         kinematics = forward_kinematics(qpos, motion.body)
-        clean, stands = _still_feet(qpos, kinematics, motion.contacts, stream.fps, bounds, motion.body)
-        poses.append(clean)
-        contacts.append(stands)
+        poses.append(qpos)
+        contacts.append(motion.contacts)
+        axes = rotation_matrix(kinematics.xquat[:, FEET])[..., :2, 0]
+        heading = np.arctan2(axes[..., 1], axes[..., 0])
+        turning.append(np.concatenate([_turning(heading[first:after], stream.fps) for first, after in bounds]))
         both.append(kinematics)
         force = contact_force(kinematics.com, stream.fps, bounds)
         for action in actions.of(player):
@@ -220,6 +227,7 @@ def _examples(stream: DuelStream, actions: ActionList, basis: PoseBasis, fps: fl
         bounds=bounds,
         qpos=np.stack(poses),
         contacts=np.stack(contacts),
+        turning=np.stack(turning),
         moments=moments,
         attacks=np.array([label.attacks for label in labels]),
         guard=np.array([_in_guard(label) for label in labels]),
@@ -251,23 +259,14 @@ def _smooth(qpos: FloatArray, fps: float, bounds: IntArray) -> FloatArray:
     return out
 
 
-def _still_feet(
-    qpos: FloatArray, kinematics: Kinematics, contacts: BoolArray, fps: float, bounds: IntArray, body: Body
-) -> tuple[FloatArray, BoolArray]:
-    """Poses whose supporting feet keep their footholds (`motion.footholds`), and the contacts, each clip by itself."""
-    out, stands = qpos.copy(), contacts.copy()
-    for first, after in bounds:
-        part = slice(first, after)
-        rotation = rotation_matrix(kinematics.xquat[part])
-        feet = FootPoses(kinematics.xpos[part][:, FEET], rotation[:, FEET])
-        placed, stands[part] = place_feet(feet, kinematics.xpos[part][:, KNEES], contacts[part], fps, body)
-        for side, leg in enumerate(legs(body)):
-            out[part, 7 + leg.hinges] = solve_leg(
-                leg,
-                kinematics.xpos[part, 0],
-                rotation[:, 0],
-                placed.position[:, side],
-                placed.rotation[:, side],
-                rotation[:, KNEES[side], :, 1],
-            )
-    return out, stands
+def _turning(heading: FloatArray, fps: float) -> FloatArray:
+    """Headings (F, 2) of feet without what a standing foot wobbles: they follow only when off by more than `PLAY`."""
+    out = np.unwrap(heading, axis=0)
+    for side in range(2):
+        track = out[:, side].tolist()
+        held = track[0]
+        for frame, value in enumerate(track):
+            held = min(max(held, value - PLAY), value + PLAY)
+            track[frame] = held
+        out[:, side] = track
+    return np.asarray(gaussian_filter1d(out, SMOOTHING_S * fps, axis=0, mode="nearest"))

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.errors import SettingError
-from simprep.humanoid import DEFAULT_BODY, Body, humanoid_model
+from simprep.humanoid import DEFAULT_BODY, FEET, Body, humanoid_model
 from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.rotations import rotation_matrix
 from simprep.preparation.planting import plant_feet
 from simprep.preparation.settings import PreparationSettings
 
@@ -29,6 +30,10 @@ class StitchSettings:
         landing_s: least time for a foot in the air to come down where the next action already stands [s].
         drop_s: further time per metre that it is above the floor [s/m].
         ease_s: time within which the pelvis may begin to sink so that legs reach [s].
+        stray_m: a standing foot that is farther than this from where the action wants it makes a step [m], and
+        stray_rad: so does one that is turned by more than this [rad].
+        step_s: least duration of such a step [s].
+        stride_s: further time per metre [s/m].
 
     Raises:
         SettingError: a time that is not positive.
@@ -38,6 +43,10 @@ class StitchSettings:
     landing_s: float = 0.15
     drop_s: float = 0.3
     ease_s: float = 0.1
+    stray_m: float = 0.08
+    stray_rad: float = 0.5
+    step_s: float = 0.2
+    stride_s: float = 0.3
 
     def __post_init__(self) -> None:
         for name in ("window_s", "landing_s", "drop_s", "ease_s"):
@@ -142,12 +151,48 @@ def plan_contacts(contacts: BoolArray, seam: Seam, fps: float, settings: StitchS
     return out
 
 
+def plan_steps(
+    contacts: BoolArray, ankles: FloatArray, headings: FloatArray, length: int, fps: float, settings: StitchSettings
+) -> BoolArray:
+    """Contacts with further steps, where a foot that stands throughout would be left behind by its body.
+
+    Drift and stitching move the body, not the feet that stand. A real fighter repositions them; so does this one, one foot
+    after the other, while the other foot stands.
+
+    Args:
+        contacts: (F, 2) planned.
+        ankles: (F, 2, 2) on the floor, where the action has them [m]; where feet stand in the first frame.
+        headings: (F, 2) of the feet, the same [rad].
+        length: frames of the action; F may be more.
+        fps: frames per second [1/s].
+        settings: thresholds and times.
+    """
+    out = contacts.copy()
+    stray = np.linalg.norm(ankles[length - 1] - ankles[0], axis=-1)
+    turned = np.abs(np.remainder(headings[length - 1] - headings[0] + np.pi, 2 * np.pi) - np.pi)
+    need = np.maximum(stray / settings.stray_m, turned / settings.stray_rad)
+    for side in np.argsort(-need):
+        if need[side] < 1 or not contacts[:length, side].all():
+            continue
+        frames = int(np.ceil((settings.step_s + settings.stride_s * stray[side]) * fps))
+        # the other foot stands from the frame before lift-off to the one after touch-down
+        other = np.concatenate([[0], np.cumsum(out[:, 1 - side])])
+        starts = np.arange(2, length - frames - 1)
+        free = starts[other[starts + frames + 1] - other[starts - 1] == frames + 2]
+        if len(free):
+            # neither at once nor so early that the body has not yet gone where the foot should follow
+            begin = int(free[np.argmin(np.abs(free + 0.5 * frames - 0.5 * length))])
+            out[begin : begin + frames, side] = False
+    return out
+
+
 def stitch(
     seam: Seam,
-    source: FloatArray,
-    contacts: BoolArray,
     target: FloatArray,
     before: FloatArray,
+    contacts: BoolArray,
+    turning: FloatArray,
+    length: int,
     fps: float,
     body: Body = DEFAULT_BODY,
     settings: StitchSettings = DEFAULT_STITCH,
@@ -156,10 +201,11 @@ def stitch(
 
     Args:
         seam: where it begins.
-        source: (F, 44) the example as it was recorded, with still feet.
-        contacts: (F, 2) of the example.
         target: (F, 44) the example, placed.
         before: (44,) pose before the first one, placed.
+        contacts: (F, 2) of the example.
+        turning: (F, 2) headings of the example's feet: standing feet pivot by their changes [rad].
+        length: frames of the action; F may be more.
         fps: frames per second [1/s].
         body: the humanoid.
         settings: times.
@@ -168,18 +214,14 @@ def stitch(
     low, high = humanoid_model(body).jnt_range[1:].T
     qpos = inertialise(seam.poses, target, before, settings.window_s * fps)
     qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
-    weight = (planned != contacts).any(axis=1).astype(np.float64)
+    natural = forward_kinematics(qpos, body)
+    axes = rotation_matrix(natural.xquat[:, FEET])[..., :2, 0]
+    headings = np.arctan2(axes[..., 1], axes[..., 0])
+    planned = plan_steps(planned, natural.xpos[:, FEET, :2], headings, length, fps, settings)
     planted = plant_feet(
-        qpos,
-        forward_kinematics(source, body),
-        planned,
-        weight,
-        np.zeros(2),
-        fps,
-        body,
-        _PLANTING,
-        ease_in=settings.ease_s,
-    )
+        qpos, natural, planned, np.ones(len(qpos)), np.zeros(2), fps, body, _PLANTING,
+        ease_in=settings.ease_s, turning=turning, yielding=True,
+    )  # fmt: skip
     out = planted.qpos
     out[0] = seam.poses[1]
     return Stitched(out, planned, planted.kinematics, planted.foot_error)

@@ -342,7 +342,17 @@ class Bout:
         before[:2] = situation.position + turned(found.qpos[0, :2] - source[0, :2], placement.turn[0])
         before[3:7] = multiply_quat(_about_vertical(placement.turn[:1])[0], before[3:7])
         seam = Seam(track.qpos[begin - 1 : begin + 2].copy(), track.contacts[begin].copy(), track.lift[begin].copy())
-        made = stitch(seam, source, contacts, target, before, self.fps, examples.bodies[player], settings.stitch)
+        made = stitch(
+            seam,
+            target,
+            before,
+            contacts,
+            found.turning[1:],
+            length,
+            self.fps,
+            examples.bodies[player],
+            settings.stitch,
+        )
         track.put(begin, made.qpos, made.contacts, made.kinematics, self._reduced(made.qpos, made.kinematics))
         action = FightAction(
             player,

@@ -26,6 +26,7 @@ _CARRY_M = 0.004  # a foot point this much higher than the lowest carries 1/e of
 _NOTHING = 1e-9
 _PASSES = 5
 _DEEP_M = 0.0005
+_FAR_M = 0.002
 
 
 @dataclass(frozen=True)
@@ -49,7 +50,7 @@ class Planted:
 
 def plant_feet(
     qpos: Array,
-    source: Kinematics,
+    source: Kinematics | None,
     contacts: NDArray[np.bool_],
     weight: Array,
     reference_height: Array,
@@ -58,12 +59,14 @@ def plant_feet(
     settings: PreparationSettings = DEFAULT_SETTINGS,
     start: Array | None = None,
     ease_in: float = 0.0,
+    turning: Array | None = None,
+    yielding: bool = False,
 ) -> Planted:
     """Move the legs (and lower the pelvis where they cannot reach) so that supporting feet stay put.
 
     Args:
         qpos: (T, 44) the motion to correct.
-        source: kinematics of the motion it was made from, whose contacts these are.
+        source: kinematics of the motion it was made from, whose contacts these are; None: of `qpos` itself.
         contacts: (T, 2) supporting feet.
         weight: (T,) how far `qpos` is from the source: 0 = it is the source, 1 = nothing of it is left.
         reference_height: (2,) or (T, 2) height of each sole above the floor at weight 1 [m].
@@ -72,9 +75,13 @@ def plant_feet(
         settings: times and clearances.
         start: (2, 4) corrections of the first frame, where a stance goes on from an earlier part of the motion.
         ease_in: time within which the lowering of the pelvis sets in, where the first frame is given already [s].
+        turning: (T, 2) heading of each foot, of which a standing foot keeps every change, as in the pivot of a kick [rad];
+            None: what the source turns, in proportion to 1 - weight.
+        yielding: where a joint limit keeps a foot from its place, it turns instead.
     """
     before = forward_kinematics(qpos, body)
     rotation = rotation_matrix(before.xquat)
+    source = before if source is None else source
     goal = np.empty((len(qpos), 2, 3))
     goal_rotation = np.empty((len(qpos), 2, 3, 3))
     changed = np.zeros((len(qpos), 2), dtype=bool)
@@ -85,7 +92,8 @@ def plant_feet(
         track = _Track(leg, before.xpos[:, foot], rotation[:, foot])
         origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
         height = reference_height[..., side]
-        value = _corrections(track, origin, contacts[:, side], weight, height, fps, settings, start[side])
+        own = None if turning is None else turning[:, side]
+        value = _corrections(track, origin, contacts[:, side], weight, height, fps, settings, start[side], own)
         corrections[:, side] = value
         shift, turn = value[:, :3], value[:, 3]
         goal[:, side] = track.ankle + shift
@@ -114,6 +122,8 @@ def plant_feet(
             )
         after = forward_kinematics(out, body)
         missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, body)
+        if yielding:
+            missed |= changed & contacts & _yield(aim, goal, goal_rotation, after, body)
         if not missed.any():
             break
     error = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1)
@@ -145,6 +155,37 @@ def _keep_carrying_points(
         aim[frames, side] += wanted[frames, lowest[frames]] - found[frames, lowest[frames]]
         missed[frames, side] = True
     return missed
+
+
+def _yield(aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, body: Body) -> NDArray[np.bool_]:
+    """Where a limit keeps a foot from its place, want the orientation that it got, about the point that carries.
+
+    Args:
+        aim: (T, 2, 3) ankles aimed at; changed in place.
+        goal: (T, 2, 3) ankles wanted; changed in place.
+        goal_rotation: (T, 2, 3, 3) feet wanted; changed in place.
+        after: what came out.
+        body: the humanoid.
+
+    Returns:
+        (T, 2) feet to solve again.
+    """
+    off = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1) > _FAR_M
+    for side, leg in enumerate(legs(body)):
+        frames = np.flatnonzero(off[:, side])
+        if not len(frames):
+            continue
+        found = rotation_matrix(after.xquat[frames, FEET[side]])
+        before = np.einsum("tij,kj->tki", goal_rotation[frames, side], leg.points)
+        now = np.einsum("tij,kj->tki", found, leg.points)
+        carrying = np.argmin(before[..., 2] - leg.radii, axis=1)
+        rows = np.arange(len(frames))
+        goal[frames, side] += before[rows, carrying] - now[rows, carrying]
+        deep = goal[frames, side, 2] + (now[..., 2] - leg.radii).min(axis=1)
+        goal[frames, side, 2] -= np.minimum(deep, 0.0)
+        aim[frames, side] = goal[frames, side]
+        goal_rotation[frames, side] = found
+    return np.asarray(off)
 
 
 class _Track:
@@ -181,6 +222,7 @@ def _corrections(
     fps: float,
     settings: PreparationSettings,
     start: Array,
+    turning: Array | None,
 ) -> Array:
     """Shift of the ankle and turn of the foot about the vertical, (T, 4); `start` are those of the first frame, in stance."""
     n = len(contact)
@@ -191,7 +233,8 @@ def _corrections(
         part = slice(first, after)
         begin = start if first == 0 else np.zeros(4)
         keep = 1 - (weight[part][1:] + weight[part][:-1]) / 2
-        own = _from_zero(keep * np.diff(origin.heading[part]))
+        steps = keep * np.diff(origin.heading[part]) if turning is None else np.diff(turning[part])
+        own = _from_zero(steps)
         turn = begin[3] + own - (track.heading[part] - track.heading[first])
         stance = _Track(track.leg, track.ankle[part], track.rotation[part])
         before = _Track(track.leg, origin.ankle[part], origin.rotation[part])
