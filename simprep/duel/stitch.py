@@ -218,10 +218,40 @@ def stitch(
     axes = rotation_matrix(natural.xquat[:, FEET])[..., :2, 0]
     headings = np.arctan2(axes[..., 1], axes[..., 0])
     planned = plan_steps(planned, natural.xpos[:, FEET, :2], headings, length, fps, settings)
-    planted = plant_feet(
-        qpos, natural, planned, np.ones(len(qpos)), np.zeros(2), fps, body, _PLANTING,
-        ease_in=settings.ease_s, turning=turning, yielding=True,
-    )  # fmt: skip
-    out = planted.qpos
-    out[0] = seam.poses[1]
-    return Stitched(out, planned, planted.kinematics, planted.foot_error)
+    made = plant(qpos, planned, turning, fps, body, settings.ease_s)
+    made.qpos[0] = seam.poses[1]
+    return made
+
+
+def plant(
+    qpos: FloatArray,
+    contacts: BoolArray,
+    turning: FloatArray,
+    fps: float,
+    body: Body = DEFAULT_BODY,
+    ease_s: float = 0.0,
+) -> Stitched:
+    """A motion whose standing feet stay where they are in its first frame, or where they land.
+
+    Args:
+        qpos: (F, 44) poses.
+        contacts: (F, 2) supporting feet.
+        turning: (F, 2) headings of the feet: standing feet pivot by their changes [rad].
+        fps: frames per second [1/s].
+        body: the humanoid.
+        ease_s: time within which the pelvis may begin to sink so that legs reach; 0 where the first frame is free [s].
+    """
+    made = plant_feet(
+        qpos,
+        None,
+        contacts,
+        np.ones(len(qpos)),
+        np.zeros(2),
+        fps,
+        body,
+        _PLANTING,
+        ease_in=ease_s,
+        turning=turning,
+        yielding=True,
+    )
+    return Stitched(made.qpos, contacts, made.kinematics, made.foot_error)

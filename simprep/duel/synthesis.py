@@ -33,13 +33,13 @@ from simprep.duel.choice import Choice, Chooser, Situation
 from simprep.duel.example_motions import ExampleMotions
 from simprep.duel.fight import NONE, Fight, FightAction
 from simprep.duel.placement import Aim, place
-from simprep.duel.stitch import Seam, StitchSettings, stitch
+from simprep.duel.stitch import Seam, StitchSettings, plant, stitch
 from simprep.duel.stream import DuelStream
 from simprep.duel.time_warp import Warp, WarpSettings, fit_warp
 from simprep.errors import MotionError, SettingError
 from simprep.humanoid import N_QPOS
 from simprep.motion.edit import yaw
-from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.kinematics import Kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import multiply_quat
 
@@ -304,9 +304,9 @@ class Bout:
         gone = start - int(examples.actions.start[index])
         length = int(examples.actions.end[index]) - start
         found = examples.excerpt(index, np.arange(gone, gone + length + CONTEXT, dtype=np.float64))
-        kinematics = forward_kinematics(found.qpos, examples.bodies[player])
         track = self._tracks[player]
-        track.put(0, found.qpos, found.contacts, kinematics, self._reduced(found.qpos, kinematics))
+        made = plant(found.qpos, found.contacts, found.turning, self.fps, examples.bodies[player])
+        track.put(0, made.qpos, made.contacts, made.kinematics, self._reduced(made.qpos, made.kinematics))
         moment = int(examples.moments[index]) - start
         action = FightAction(
             player, 0, length, int(examples.actions.label[index]), self._known(index), moment if moment >= 0 else NONE

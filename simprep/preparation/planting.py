@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from simprep.humanoid import BODIES, DEFAULT_BODY, FEET, SIDES, Body
+from simprep.humanoid import BODIES, DEFAULT_BODY, FEET, FOOT_GEOMS, SIDES, Body
 from simprep.library.curves import minimum_jerk
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -27,6 +27,7 @@ _NOTHING = 1e-9
 _PASSES = 5
 _DEEP_M = 0.0005
 _FAR_M = 0.002
+_PIVOT = np.where([part == "heel" for part in FOOT_GEOMS], 0.02, 1.0)
 
 
 @dataclass(frozen=True)
@@ -201,8 +202,11 @@ class _Track:
         """(T,) height of the lowest point relative to the ankle."""
         return np.asarray((self.points[..., 2] - self.leg.radii).min(axis=1))
 
-    def rolling(self, turn: Array) -> Array:
-        """(T - 1, 2) ankle displacement per frame that keeps the carrying points in place, the foot turned by `turn`."""
+    def rolling(self, turn: Array, pivoting: bool = False) -> Array:
+        """(T - 1, 2) ankle displacement per frame that keeps the carrying points in place, the foot turned by `turn`.
+
+        Pivoting, it turns about its ball rather than its heel, where both carry.
+        """
         c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
         x, y = self.points[..., 0], self.points[..., 1]
         plan = np.stack([c * x - s * y, s * x + c * y], axis=-1)  # (T, 4, 2)
@@ -210,7 +214,14 @@ class _Track:
         share = np.exp(-(height - height.min(axis=1, keepdims=True)) / _CARRY_M)
         share /= share.sum(axis=1, keepdims=True)
         between = (share[1:] + share[:-1]) / 2
-        return np.asarray(-(between[..., None] * np.diff(plan, axis=0)).sum(axis=1))
+        steps = -(between[..., None] * np.diff(plan, axis=0)).sum(axis=1)
+        if pivoting:
+            ball = between * _PIVOT
+            apart = between - ball / ball.sum(axis=1, keepdims=True)
+            middle = ((plan[1:] + plan[:-1]) / 2 * apart[..., None]).sum(axis=1)
+            angle = np.diff(self.heading + turn)[:, None]
+            steps += angle * np.stack([-middle[:, 1], middle[:, 0]], axis=-1)
+        return np.asarray(steps)
 
 
 def _corrections(
@@ -242,7 +253,7 @@ def _corrections(
         twist = (track.heading[part] + turn - origin.heading[part])[:-1]
         c, s = np.cos(twist), np.sin(twist)
         slip = keep[:, None] * np.stack([c * slip[:, 0] - s * slip[:, 1], s * slip[:, 0] + c * slip[:, 1]], axis=-1)
-        place = _from_zero(stance.rolling(turn) + slip)
+        place = _from_zero(stance.rolling(turn, turning is not None) + slip)
         value[part, :2] = begin[:2] + place - (stance.ankle[:, :2] - stance.ankle[0, :2])
         value[part, 2] = height[part] - (stance.ankle[:, 2] + stance.sole)
         value[part, 3] = turn
