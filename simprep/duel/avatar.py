@@ -5,11 +5,10 @@ answering labels by the transition model; a place is a point on the floor where 
 action begins (Eq. 13). Without a request the avatar acts by itself, in response to the opponent.
 
 Ours: an arm or leg that is out is first taken back where the examples never go from it straight to what is asked for, and
-among a label's examples those are preferred that lead to the goal from where the avatar stands (`Steering`).
+those examples are preferred that lead to the goal from where the avatar stands (`Steering`).
 """
 
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +24,6 @@ from simprep.motion.edit import yaw
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
-STEP_S = 0.1
-"""Grid of times at which it is known where examples lead [s]."""
 NEAR = 1e-6
 
 
@@ -35,23 +32,25 @@ class Steering:
     """How a goal is reached.
 
     Attributes:
-        choice: how it weighs in the choice: `density` by Eq. 13 alone, `reach` by a Gaussian around where each example
-            leads from here, on top of Eq. 6; `both`; or `none`.
-        spread_m: standard deviation of that Gaussian [m].
-        drift: the placement drifts to the goal instead of back to the original placement.
-        follow: what begins before the goal is due keeps heading for it.
+        density: the choice is weighed by Eq. 13 instead of Eq. 6.
+        spread_m: it is also weighed by a Gaussian of this standard deviation around where each example leads from here
+            [m]; infinity: not so.
+        drift_m: so far at most the placement drifts to the goal, where the chosen example does not lead there by itself
+            [m]; farther drifts would let feet slide. 0: the drift is that of every action.
+
+    Raises:
+        SettingError: values out of range.
     """
 
-    choice: Literal["density", "reach", "both", "none"] = "reach"
-    spread_m: float = 0.1
-    drift: bool = True
-    follow: bool = True
+    density: bool = True
+    spread_m: float = 0.05
+    drift_m: float = 0.1
 
     def __post_init__(self) -> None:
-        if self.choice not in ("density", "reach", "both", "none"):
-            raise SettingError(f"steering {self.choice!r}; valid: density, reach, both, none")
-        if not 0.001 <= self.spread_m <= 10:
-            raise SettingError(f"spread of {self.spread_m} m; valid: 0.001 to 10")
+        if not self.spread_m >= 0.001:
+            raise SettingError(f"spread of {self.spread_m} m; valid: 0.001 or more")
+        if not 0 <= self.drift_m <= 1:
+            raise SettingError(f"drift of {self.drift_m} m; valid: 0 to 1")
 
 
 @dataclass(frozen=True)
@@ -111,9 +110,8 @@ class Avatar:
         self._codes = self.model.labels.candidates
         self._kinds = kind_of(self._codes)
         self._successions = seen_successions(self._graph, player)
-        self._reach = displacements(model, player, self.model.examples)
+        self._way = displacements(model, player, self.model.examples)
         self._waiting: list[_Waiting] = []
-        self._heading_for: tuple[FloatArray, float] | None = None
         for one in script:
             self.request(one.action, one.goal, one.time)
 
@@ -153,10 +151,8 @@ class Avatar:
         if not now and placing is acting:
             placing = None  # its place belongs to its action
         answered = [one for one in (acting if now else None, placing) if one is not None]
-        if placing is not None and placing.request.goal is not None:
-            goal = np.array(placing.request.goal)
-            self._heading_for = (goal, situation.time + self.goal_delay)
-        choice = self._draw(situation, allowed, placing is not None, rng)
+        goal = None if placing is None else placing.request.goal
+        choice = self._draw(situation, allowed, None if goal is None else np.array(goal), rng)
         text = " ".join(dict.fromkeys(str(one.request) for one in answered))
         for one in {id(one): one for one in answered}.values():
             self._waiting.remove(one)
@@ -183,27 +179,25 @@ class Avatar:
             return answering, True
         return follows & leads, False
 
-    def _draw(self, s: Situation, allowed: BoolArray | None, first: bool, rng: np.random.Generator) -> Choice:
-        bonus, density_goal, drift, left = None, None, None, self.goal_delay
-        if self._heading_for is not None:
-            goal, due = self._heading_for
-            left = due - s.time
-            if left < 0.5 * STEP_S or not (first or self.steering.follow):
-                self._heading_for = None
-            else:
-                drift = goal if self.steering.drift else None
-                if self.steering.choice in ("density", "both") and first:
-                    density_goal = s.frame.point(goal)
-                if self.steering.choice in ("reach", "both") and s.position is not None and s.heading is not None:
-                    bonus = self._leads_to(goal, s.position, s.heading, left)
-        example = self.model.sample(rng, s.own_label, s.opponent_label, s.own, s.opponent, density_goal, allowed, bonus)
-        return Choice(example, goal=drift, goal_s=max(left, STEP_S))
-
-    def _leads_to(self, goal: FloatArray, position: FloatArray, heading: float, left: float) -> FloatArray:
-        """(S,) log of how near each example leads to the goal."""
-        number = min(max(round(left / STEP_S), 1), self._reach.shape[1]) - 1
-        reached = position + turned(self._reach[:, number], heading)
-        return np.asarray(-0.5 * (np.linalg.norm(reached - goal, axis=1) / self.steering.spread_m) ** 2)
+    def _draw(
+        self, s: Situation, allowed: BoolArray | None, goal: FloatArray | None, rng: np.random.Generator
+    ) -> Choice:
+        known = (s.own_label, s.opponent_label, s.own, s.opponent)
+        if goal is None:
+            return Choice(self.model.sample(rng, *known, allowed=allowed))
+        reached, bonus = None, None
+        if s.position is not None and s.heading is not None:
+            reached = s.position + turned(self._way, s.heading)
+        if reached is not None and np.isfinite(self.steering.spread_m):
+            bonus = -0.5 * np.sum((reached - goal) ** 2, axis=1) / self.steering.spread_m**2
+        by_density = self.steering.density and self.model.goal_gaussians is not None
+        example = self.model.sample(rng, *known, s.frame.point(goal) if by_density else None, allowed, bonus)
+        if reached is None or not self.steering.drift_m:
+            return Choice(example)
+        leads = reached[int(np.flatnonzero(self.model.examples == example)[0])]
+        missing = goal - leads
+        share = min(1.0, self.steering.drift_m / max(float(np.linalg.norm(missing)), NEAR))
+        return Choice(example, goal=leads + share * missing, goal_s=self.goal_delay)
 
 
 def displacements(model: FightModel, player: int, actions: NDArray[np.int64]) -> FloatArray:
@@ -215,14 +209,11 @@ def displacements(model: FightModel, player: int, actions: NDArray[np.int64]) ->
         actions: (S,) numbers in B.
 
     Returns:
-        (S, N, 2) after 0.1, 0.2, ... s, up to the delay of goals [m]; beyond a clip's end: as at its end.
+        (S, 2) after the delay of goals [m]; beyond a clip's end: as at its end.
     """
     graph, stream = model.model.graph, model.stream
     qpos = stream.players[player].qpos
     start = graph.actions.start[actions]
-    bounds = stream.bounds
-    last = bounds[np.searchsorted(bounds[:, 0], start, side="right") - 1, 1] - 1
-    steps = np.arange(1, max(round(model.model.goal_delay / STEP_S), 1) + 1) * STEP_S * stream.fps
-    frames = np.minimum(start[:, None] + np.round(steps).astype(np.int64), last[:, None])
-    way = qpos[frames, :2] - qpos[start, None, :2]
-    return turned(way, -yaw(qpos[start, 3:7])[:, None])
+    last = stream.bounds[np.searchsorted(stream.bounds[:, 0], start, side="right") - 1, 1] - 1
+    later = np.minimum(start + round(model.model.goal_delay * stream.fps), last)
+    return turned(qpos[later, :2] - qpos[start, :2], -yaw(qpos[start, 3:7]))
