@@ -48,7 +48,7 @@ class DuelAnalyze:
     """Decides what is annotated from a truth, folds and splits (default 0)."""
 
     figures: bool = True
-    """Plots of cuts and of the number of components; needs the extra `report`."""
+    """Plots of cuts, of the number of components and of the structures; needs the extra `report`."""
 
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
@@ -115,9 +115,11 @@ class DuelAnalyze:
         if self.figures:
             try:
                 from simprep.report.duel_figures import plot_components, plot_cuts
+                from simprep.report.structures_figure import plot_structures
 
                 written.append(plot_cuts(stream, found.segmentation.force, found.cuts, self.out / "cuts.png"))
                 written.append(plot_components(found.tables["components_curve"], self.out / "components.png"))
+                written.append(plot_structures(found.model.graph, self.out / "structures.png"))
             except MissingExtraError as error:
                 output.warn(str(error))
         used = {"wall_s": time.perf_counter() - begun, "peak_rss_mb": _peak_rss_mb()}

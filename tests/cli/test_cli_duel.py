@@ -48,7 +48,16 @@ def test_example_then_analyze(folder, capsys):
     assert set(found["label_logprob"]) >= {"eq7", "eq8", "eq9", "truth"}
     assert set(found["density_logprob"]) == {"semi_tied", "full", "diagonal"}
     written = {path.name for path in (folder / "out").iterdir()}
-    assert {"model.npz", "tables.json", "tables.md", "cuts.txt", "labels.csv", "cuts.png", "components.png"} <= written
+    assert {
+        "model.npz",
+        "tables.json",
+        "tables.md",
+        "cuts.txt",
+        "labels.csv",
+        "cuts.png",
+        "components.png",
+        "structures.png",
+    } <= written
 
 
 def test_a_stream_without_truth_needs_annotations(folder, capsys):
