@@ -93,6 +93,9 @@ def scene_spec(settings: SceneSettings | None = None) -> Any:
             spec.visual.global_.offwidth, spec.visual.global_.offheight
         )  # fmt: skip
         only.compiler.degree = spec.compiler.degree
+        # floor and obstacles are as hard as beside one humanoid, whose file sets the default
+        for name in ("condim", "solref", "solimp", "friction"):
+            setattr(only.default.geom, name, getattr(spec.default.geom, name))
         for number, body in enumerate(settings.bodies):
             fighter = humanoid_spec(body)
             own, other = 2 ** (1 + number), 2 ** (2 - number)
