@@ -6,6 +6,7 @@ import zlib
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -43,13 +44,16 @@ def write_archive(path: str | Path, header: Mapping[str, Any], arrays: Mapping[s
 
 
 @contextmanager
-def open_archive(path: str | Path, what: str, schema: str) -> Iterator[tuple[dict[str, Any], Any]]:
+def open_archive(
+    path: str | Path, what: str, schema: str, hints: Mapping[str, str] = MappingProxyType({})
+) -> Iterator[tuple[dict[str, Any], Any]]:
     """Header and arrays of a file written by `write_archive`; whatever goes wrong inside the block names the file.
 
     Args:
         path: the file.
         what: what it should be, for the message: `duel model`.
         schema: the schema that is read.
+        hints: what to say of files of other kinds, by the beginning of their schema.
 
     Yields:
         the header, and the archive (a mapping of names to arrays).
@@ -69,7 +73,8 @@ def open_archive(path: str | Path, what: str, schema: str) -> Iterator[tuple[dic
             header = json.loads(str(archive["header"]))
             if not isinstance(header, dict) or header.get("schema") != schema:
                 given = header.get("schema") if isinstance(header, dict) else header
-                raise MotionFileError(path, f"schema {given!r}; this version reads {schema!r}")
+                hint = next((f": {text}" for kind, text in hints.items() if str(given).startswith(kind)), "")
+                raise MotionFileError(path, f"schema {given!r}{hint}; this version reads {schema!r}")
             yield header, archive
     except MotionFileError:
         raise

@@ -1,8 +1,5 @@
 """What is known about an example stream: true cuts and labels, the policy that drew them, who answers whom."""
 
-import json
-import zipfile
-import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,16 +8,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.archive import open_archive, write_archive
 from simprep.duel.example.policy import GeneratingPolicy
 from simprep.duel.labels import LEARNED_ASPECTS, QUALIFIERS, decode
 from simprep.duel.segmentation import Cuts
 from simprep.duel.stream import DuelStream
-from simprep.errors import MotionFileError, SimprepError
-from simprep.files import atomic_path
+from simprep.errors import MotionFileError
 
 IntArray = NDArray[np.int64]
 SCHEMA = "simprep.duel-truth/1"
 SUFFIX = ".truth.npz"
+_COLUMNS = ("table", "codes", "answers", "peaks")
 
 
 @dataclass(frozen=True)
@@ -90,7 +88,6 @@ def save_truth(truth: Truth, path: str | Path) -> Path:
     Raises:
         MotionFileError: it cannot be written.
     """
-    path = Path(path)
     header = {
         "schema": SCHEMA,
         "stream": truth.stream,
@@ -101,13 +98,10 @@ def save_truth(truth: Truth, path: str | Path) -> Path:
         "variants": list(truth.variants),
         "policies": [policy.as_dict() for policy in truth.policies],
     }
-    arrays: dict[str, Any] = {name: getattr(truth, name) for name in ("table", "codes", "answers", "peaks")}
     try:
-        with atomic_path(path) as temporary, temporary.open("wb") as target:
-            np.savez_compressed(target, header=np.array(json.dumps(header)), **arrays)
+        return write_archive(path, header, {name: getattr(truth, name) for name in _COLUMNS})
     except OSError as error:
         raise MotionFileError(path, f"cannot be written ({error.strerror})") from None
-    return path
 
 
 def read_truth(path: str | Path, stream: DuelStream | None = None) -> Truth:
@@ -120,17 +114,10 @@ def read_truth(path: str | Path, stream: DuelStream | None = None) -> Truth:
     Raises:
         MotionFileError: missing, no truth, another schema version or other labels, or of another stream.
     """
-    path = Path(path)
-    if not path.is_file():
-        raise MotionFileError(path, "no such file")
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            header = json.loads(str(archive["header"])) if "header" in archive else {}
-            if header.get("schema") != SCHEMA:
-                raise MotionFileError(path, f"schema {header.get('schema')!r}; valid: {SCHEMA!r}")
-            if header["qualifiers"] != {aspect: list(names) for aspect, names in QUALIFIERS.items()}:
-                raise MotionFileError(path, "labels with other qualifiers than this version's")
-            arrays = {name: archive[name].astype(np.int64) for name in ("table", "codes", "answers", "peaks")}
+    with open_archive(path, "truth", SCHEMA) as (header, archive):
+        if header["qualifiers"] != {aspect: list(names) for aspect, names in QUALIFIERS.items()}:
+            raise MotionFileError(path, "labels with other qualifiers than this version's")
+        arrays = {name: archive[name].astype(np.int64) for name in _COLUMNS}
         first, second = (GeneratingPolicy.from_dict(content) for content in header["policies"])
         truth = Truth(
             header["stream"], int(header["frames"]), header["preset"], int(header["seed"]), **arrays,
@@ -138,24 +125,9 @@ def read_truth(path: str | Path, stream: DuelStream | None = None) -> Truth:
         )  # fmt: skip
         _check(path, truth, stream)
         return truth
-    except MotionFileError:
-        raise
-    except SimprepError as error:
-        raise MotionFileError(path, str(error)) from None
-    except (
-        OSError,
-        ValueError,
-        KeyError,
-        TypeError,
-        AttributeError,
-        EOFError,
-        zipfile.BadZipFile,
-        zlib.error,
-    ) as error:
-        raise MotionFileError(path, f"not a readable truth ({type(error).__name__}: {error})") from None
 
 
-def _check(path: Path, truth: Truth, stream: DuelStream | None) -> None:
+def _check(path: str | Path, truth: Truth, stream: DuelStream | None) -> None:
     count = len(truth.table)
     columns: Sequence[Any] = (truth.codes, truth.answers, truth.peaks, truth.variants)
     if truth.table.shape != (count, 4) or any(len(column) != count for column in columns):
