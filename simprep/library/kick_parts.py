@@ -199,6 +199,26 @@ def flexion_towards(abduction: float, hike: float, turn: float) -> float:
     return float(np.degrees(np.arctan2(np.sin(h), slope) + np.arcsin(share)))
 
 
+def leaning_trunk(
+    lean: float, hike: float, twist: float, gaze: float, flexion: tuple[float, float] = (6.0, 8.0)
+) -> Pose:
+    """Trunk and neck of a kick in which the body leans away from the leg.
+
+    Args:
+        lean: to the side, in the world [deg].
+        hike: of the pelvis, which takes part of the lean [deg].
+        twist: rotation of the trunk against the pelvis [deg].
+        gaze: turn of the head against the chest [deg].
+        flexion: of the lumbar spine and the thorax [deg].
+    """
+    bend = lean - hike
+    return {
+        "lumbar_flexion": flexion[0], "thorax_flexion": flexion[1], "lumbar_bending": 0.5 * bend,
+        "thorax_bending": 0.5 * bend, "lumbar_rotation": 0.45 * twist, "thorax_rotation": 0.55 * twist,
+        "neck_bending": -0.4 * lean, "neck_rotation": 0.55 * gaze, "head_rotation": 0.45 * gaze, "neck_flexion": -2,
+    }  # fmt: skip
+
+
 def build_kick(kick: Kick) -> Motion:
     """The motion of a kick.
 

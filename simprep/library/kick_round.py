@@ -9,8 +9,15 @@ raised by abducting the hip and by hiking the pelvis over the standing leg, in a
 from dataclasses import dataclass, field, replace
 
 from simprep.library.entry import Entry, mirrored
-from simprep.library.kick_parts import Kick, KickPhases, LegPose, Posture, build_kick, flexion_towards
-from simprep.library.posture import Pose
+from simprep.library.kick_parts import (
+    Kick,
+    KickPhases,
+    LegPose,
+    Posture,
+    build_kick,
+    flexion_towards,
+    leaning_trunk,
+)
 from simprep.library.target import GUARD_LEAD, GUARD_REAR, ArmPose
 from simprep.motion.motion import Motion
 
@@ -86,30 +93,20 @@ def round_kick(kick: RoundKick) -> Motion:
         leg=LegPose(kick.chamber_flexion * flexion, kick.chamber_abduction * abduction, 0, kick.knee_chamber, -25),
         yaw=kick.chamber_turn * kick.turn, pitch=-4, hike=kick.chamber_hike * hike, pivot=0.62 * kick.pivot,
         com_height=0.7 * kick.com_height + 0.3 * 0.955,
-        trunk=_trunk(kick.chamber_hike * kick.lean, kick.chamber_hike * hike, -4, -26), arms=(GUARD_LEAD, DROPPING),
+        trunk=leaning_trunk(kick.chamber_hike * kick.lean, kick.chamber_hike * hike, -4, -26), arms=(GUARD_LEAD, DROPPING),
     )  # fmt: skip
     strike = Posture(
         leg=LegPose(flexion, abduction, 0, kick.knee, -35),
         yaw=kick.turn, pitch=-6, hike=hike, pivot=kick.pivot, com_height=kick.com_height,
-        trunk=_trunk(kick.lean, hike, -26, -50), arms=(GUARD_LEAD, SWUNG_BACK),
+        trunk=leaning_trunk(kick.lean, hike, -26, -50), arms=(GUARD_LEAD, SWUNG_BACK),
     )  # fmt: skip
     fold = Posture(
         leg=LegPose(flexion + 4, 0.8 * abduction, 0, 0.85 * kick.knee_chamber, -20),
         yaw=kick.fold_turn * kick.turn, pitch=-3, hike=0.58 * hike, pivot=0.8 * kick.pivot,
         com_height=0.6 * kick.com_height + 0.4 * 0.955,
-        trunk=_trunk(0.55 * kick.lean, 0.58 * hike, -8, -40), arms=(GUARD_LEAD, GUARD_REAR),
+        trunk=leaning_trunk(0.55 * kick.lean, 0.58 * hike, -8, -40), arms=(GUARD_LEAD, GUARD_REAR),
     )  # fmt: skip
     return build_kick(Kick(kick.name, chamber, strike, fold, kick.phases))
-
-
-def _trunk(lean: float, hike: float, twist: float, gaze: float) -> Pose:
-    """Trunk and neck [deg]: side lean in the world, rotation against the pelvis, turn of the head against the chest."""
-    bend = lean - hike
-    return {
-        "lumbar_flexion": 6, "thorax_flexion": 8, "lumbar_bending": 0.5 * bend, "thorax_bending": 0.5 * bend,
-        "lumbar_rotation": 0.45 * twist, "thorax_rotation": 0.55 * twist, "neck_bending": -0.4 * lean,
-        "neck_rotation": 0.55 * gaze, "head_rotation": 0.45 * gaze, "neck_flexion": -2,
-    }  # fmt: skip
 
 
 BODY = RoundKick("roundhouse_right_body", elevation=92)

@@ -3,13 +3,22 @@
 from dataclasses import dataclass, field
 
 from simprep.library.entry import Entry, mirrored
-from simprep.library.kick_parts import Kick, KickPhases, LegPose, Posture, build_kick, flexion_towards
-from simprep.library.posture import Pose
+from simprep.library.kick_parts import (
+    Kick,
+    KickPhases,
+    LegPose,
+    Posture,
+    build_kick,
+    flexion_towards,
+    leaning_trunk,
+)
 from simprep.library.target import GUARD_LEAD, GUARD_REAR, ArmPose
 from simprep.motion.motion import Motion
 
 LOWERED: ArmPose = ((0.16, 0.12, -0.38), (-0.8, 0.5, -0.5), 30.0)
 """Arm of the kicking side stretched along the leg."""
+FLEXION = (4.0, 6.0)
+"""Of the lumbar spine and the thorax: straighter than in kicks on an arc [deg]."""
 
 
 @dataclass(frozen=True)
@@ -70,29 +79,20 @@ def side_kick(kick: SideKick) -> Motion:
         leg=LegPose(kick.flexion, kick.chamber_abduction * abduction, kick.rotation, kick.knee_chamber, 12, 0),
         yaw=kick.chamber_turn * kick.turn, pitch=-6, hike=0.5 * hike, pivot=0.8 * kick.pivot,
         com_height=0.7 * kick.com_height + 0.3 * 0.955,
-        trunk=_trunk(0.5 * kick.lean, 0.5 * hike, -10, -44), arms=(GUARD_LEAD, GUARD_REAR),
+        trunk=leaning_trunk(0.5 * kick.lean, 0.5 * hike, -10, -44, FLEXION), arms=(GUARD_LEAD, GUARD_REAR),
     )  # fmt: skip
     strike = Posture(
         leg=LegPose(flexion, abduction, 14, kick.knee, 14, 8),
         yaw=kick.turn, pitch=-2, hike=hike, pivot=kick.pivot, com_height=kick.com_height,
-        trunk=_trunk(kick.lean, hike, -14, -66), arms=(GUARD_LEAD, LOWERED),
+        trunk=leaning_trunk(kick.lean, hike, -14, -66, FLEXION), arms=(GUARD_LEAD, LOWERED),
     )  # fmt: skip
     fold = Posture(
         leg=LegPose(0.85 * kick.flexion, 0.4 * abduction, 0.8 * kick.rotation, 0.88 * kick.knee_chamber, 5, 0),
         yaw=0.78 * kick.turn, pitch=-5, hike=0.55 * hike, pivot=0.85 * kick.pivot,
         com_height=0.6 * kick.com_height + 0.4 * 0.955,
-        trunk=_trunk(0.55 * kick.lean, 0.55 * hike, -10, -46), arms=(GUARD_LEAD, GUARD_REAR),
+        trunk=leaning_trunk(0.55 * kick.lean, 0.55 * hike, -10, -46, FLEXION), arms=(GUARD_LEAD, GUARD_REAR),
     )  # fmt: skip
     return build_kick(Kick(kick.name, chamber, strike, fold, kick.phases, inward=0.012))
-
-
-def _trunk(lean: float, hike: float, twist: float, gaze: float) -> Pose:
-    bend = lean - hike
-    return {
-        "lumbar_flexion": 4, "thorax_flexion": 6, "lumbar_bending": 0.5 * bend, "thorax_bending": 0.5 * bend,
-        "lumbar_rotation": 0.45 * twist, "thorax_rotation": 0.55 * twist, "neck_bending": -0.4 * lean,
-        "neck_rotation": 0.55 * gaze, "head_rotation": 0.45 * gaze, "neck_flexion": -2,
-    }  # fmt: skip
 
 
 BODY = SideKick("side_kick_right_body", elevation=92)
