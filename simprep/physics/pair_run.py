@@ -30,6 +30,7 @@ class FighterContact:
         depth: deepest overlap [m].
         verdict: one of `VERDICTS`.
         attacker: 0 or 1, whose attack it was; -1 for nobody's.
+        attack: which of the fight's actions that was; -1 for none.
     """
 
     start_s: float
@@ -43,6 +44,7 @@ class FighterContact:
     depth: float
     verdict: str = UNJUDGED
     attacker: int = NOBODY
+    attack: int = NOBODY
 
     @property
     def impulse_ns(self) -> float:
@@ -93,9 +95,14 @@ class PairRun:
         return 60 * (self.fallen is not None) / self.end_s if self.end_s > 0 else np.nan
 
     def summary(self) -> dict[str, Any]:
-        """Falls, overlap and contacts in one flat dictionary, units in the keys."""
+        """Falls, overlap and contacts in one flat dictionary, units in the keys.
+
+        An attack lands once, however often and with whatever it touches; it is blocked if it meets arms only.
+        """
         before, after = self.reference_penetration, self.penetration
         counts = {verdict: sum(one.verdict == verdict for one in self.contacts) for verdict in VERDICTS}
+        landed = {one.attack for one in self.contacts if one.verdict == HIT}
+        blocked = {one.attack for one in self.contacts if one.verdict == BLOCKED} - landed
         return {
             "end": self.end,
             "end_s": self.end_s,
@@ -107,6 +114,8 @@ class PairRun:
             "penetration_simulated_max_mm": 1e3 * float(after.max(initial=0.0)),
             "contacts": len(self.contacts),
             **{f"contacts_{verdict}": count for verdict, count in counts.items()},
+            "attacks_landed": len(landed),
+            "attacks_blocked": len(blocked),
             "assist_n": max(run.assist.force_n for run in self.runs),
             "s_per_s": self.runs[0].wall_s / self.end_s if self.end_s > 0 else None,
         }
