@@ -15,14 +15,15 @@ from numpy.typing import NDArray
 from simprep.duel.segmentation import stream_kinematics
 from simprep.duel.stream import DuelStream, facing_error, root_distance
 from simprep.errors import SettingError
-from simprep.metrics.contact import floor_penetration, foot_slip, stance_drift
+from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, stance_drift
 from simprep.metrics.interaction_distributions import Distributions, distributions, js_distances
-from simprep.metrics.interaction_overlap import Hits, kinematic_hits, overlaps
+from simprep.metrics.interaction_overlap import Hits, count_hits, overlaps
 from simprep.metrics.interaction_reactions import Reactions, check_table, reactions
 from simprep.metrics.interaction_stability import Stability, stability
 from simprep.metrics.tracking import position_errors
 from simprep.motion.edit import cut
 from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.motion import Motion
 from simprep.physics.run import FELL
 
 SKATE_MM = 10.0
@@ -78,7 +79,7 @@ class Feet:
         max_mm: worst stance [mm].
         skating_share: share of the stances that slip more than 10 mm.
         stances: how many.
-        m_s: slip per second of motion, for ratios: stances of a simulated foot that chatters are short [m/s].
+        m_s: slip of both feet per second of a fight, both fighters together [m/s].
         drift_mm: mean net way of a stance [mm].
         drift_p95_mm: 95th percentile of the stances [mm].
         drift_max_mm: worst stance [mm].
@@ -166,7 +167,7 @@ def interaction_metrics(
         facing_error_deg=percentiles(np.degrees(np.abs(facing_error(stream)))),
         distance_m=percentiles(root_distance(stream)),
         reactions=reactions(table, codes, stream.bounds, stream.fps),
-        hits=kinematic_hits(inside, stream, table, codes),
+        hits=count_hits(inside, stream, table, codes),
         stability=stability([one.xquat for one in bodies], stream.bounds, stream.fps),
         g_mpjpe_mm=errors.get("g_mpjpe_mm", math.nan),
         mpjpe_mm=errors.get("mpjpe_mm", math.nan),
@@ -204,22 +205,36 @@ def percentiles(values: FloatArray) -> Percentiles:
     return Percentiles(*(float(value) for value in np.percentile(values, (5, 50, 90, 95))))
 
 
-def _feet(stream: DuelStream) -> Feet:
-    clips = [
+def stream_slip(stream: DuelStream) -> FootSlip:
+    """Slip of both fighters' feet, clip by clip (`foot_slip`); the duration is that of both together."""
+    parts = [foot_slip(clip) for clip in _clips(stream)]
+    return FootSlip(
+        sum(part.travel_m for part in parts),
+        sum(part.contact_s for part in parts),
+        sum(part.duration_s for part in parts),
+        sum(part.stance_count for part in parts),
+        tuple(one for part in parts for one in part.stance_travel_m),
+    )
+
+
+def _clips(stream: DuelStream) -> list[Motion]:
+    return [
         cut(motion, int(first), int(after))
         for motion in stream.players
         for first, after in stream.bounds
         if after - first > 1
     ]
-    parts = [foot_slip(clip) for clip in clips]
-    slips = 1e3 * np.array([one for part in parts for one in part.stance_travel_m])
-    drift = 1e3 * np.concatenate([stance_drift(clip) for clip in clips])
-    seconds = sum(part.duration_s for part in parts) / 2
+
+
+def _feet(stream: DuelStream) -> Feet:
+    slip = stream_slip(stream)
+    travel = 1e3 * np.array(slip.stance_travel_m)
+    drift = 1e3 * np.concatenate([stance_drift(clip) for clip in _clips(stream)])
     return Feet(
-        *_mean_p95_max(slips),
-        float(np.mean(slips > SKATE_MM)) if len(slips) else math.nan,
-        len(slips),
-        sum(part.travel_m for part in parts) / seconds,
+        *_mean_p95_max(travel),
+        float(np.mean(travel > SKATE_MM)) if len(travel) else math.nan,
+        len(travel),
+        slip.travel_m / (slip.duration_s / 2),
         *_mean_p95_max(drift),
     )
 

@@ -1,5 +1,6 @@
 """Where two fighters are inside each other, and which of it an attack meant: from poses, without physics."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -12,6 +13,8 @@ from simprep.humanoid import BODIES, SIDES
 from simprep.metrics.interaction_reactions import check_table, limb_attacks
 from simprep.motion.contacts import stances
 from simprep.physics.fighters import between_fighters, geom_owners, place
+from simprep.physics.pair_hits import ARMS, striking_aspect
+from simprep.physics.pair_run import FighterContact
 from simprep.scene import SceneSettings, build_scene
 
 GROUPS = ("trunk", "left arm", "right arm", "left leg", "right leg")
@@ -33,12 +36,14 @@ def _group(segment: str) -> int:
 
 GROUP_OF = np.array([_group(name) for name in BODIES])
 """(17,) group of each segment."""
+
+
 STRIKING = {
-    f"{side}_{aspect}": tuple(BODIES.index(f"{side}_{part}") for part in parts)
-    for aspect, parts in (("punch", ("hand", "forearm")), ("kick", ("foot", "shank")))
-    for side in SIDES
+    aspect: tuple(index for index, name in enumerate(BODIES) if striking_aspect(name) == aspect)
+    for aspect in ATTACKING_QUALIFIERS
 }
-"""Segments that an attack is meant to land with, by aspect."""
+"""Segments that an attack strikes with, by aspect."""
+ARM_SEGMENTS = tuple(BODIES.index(name) for name in ARMS)
 
 
 @dataclass(frozen=True)
@@ -71,8 +76,8 @@ class Hits:
 
     Attributes:
         intended: attacks that land on trunk, head or legs.
+        unintended: contacts that no attack meant.
         blocked: attacks that land on nothing but arms.
-        unintended: other contacts.
     """
 
     intended: int
@@ -112,50 +117,64 @@ def overlaps(stream: DuelStream) -> Overlaps:
     return Overlaps(len(stream), frames, np.stack(np.divmod(rest, len(BODIES)), axis=1), depth)
 
 
-def kinematic_hits(found: Overlaps, stream: DuelStream, table: IntArray, codes: IntArray) -> Hits:
-    """Hits as poses show them, where nothing stops a limb.
-
-    An attack *lands* if, between its first frame and that in which the attacker's next action begins, the hand or forearm
-    of the punching arm, or the foot or shank of the kicking leg, overlaps the opponent: `intended` on trunk, head or a
-    leg, `blocked` on arms alone. An attack lands once; a double strike is one or two attacks, as it was labelled.
-    Every other contact is `unintended`: contacts are counted by pairs of trunk, arms and legs, those less than
-    0.1 s apart as one, and a contact during which either of its limbs attacks in any frame belongs to that attack.
+def recorded_contacts(contacts: Sequence[FighterContact], frames: int, fps: float) -> Overlaps:
+    """Contacts that a simulation recorded, on the frames of a fight; none is too short to be on one.
 
     Args:
-        found: from `overlaps`.
+        contacts: of the run.
+        frames: of the fight, as far as it was simulated.
+        fps: its frames per second [1/s].
+    """
+    rows = []
+    for one in contacts:
+        first, last = (min(int(fps * time), frames - 1) for time in (one.start_s, one.start_s + one.duration_s))
+        pair = BODIES.index(one.part_a), BODIES.index(one.part_b)
+        rows += [(frame, *pair, one.depth) for frame in range(first, last + 1)]
+    table = np.array(sorted(rows), dtype=np.float64).reshape(-1, 4)
+    return Overlaps(frames, table[:, 0].astype(np.int64), table[:, 1:3].astype(np.int64), table[:, 3])
+
+
+def count_hits(found: Overlaps, stream: DuelStream, table: IntArray, codes: IntArray, grace_s: float = 0.0) -> Hits:
+    """Hits, by attacks: of poses (`overlaps`), where nothing stops a limb, or of a simulation (`recorded_contacts`).
+
+    With which segments attacks strike is as in `simprep.physics.pair_hits`, which judges contacts one by one: hand and
+    forearm, foot and shank. An attack *lands* if between its first frame and that in which the attacker's next action
+    begins a striking segment touches the opponent: `intended` on trunk, head or legs, `blocked` on arms alone. An attack lands once; a double
+    strike is one or two attacks, as it was labelled. Contacts are counted by pairs of trunk, arms and legs, those less than
+    0.1 s apart as one; those no frame of which an attack meant are `unintended`.
+
+    Args:
+        found: what touches.
         stream: two people.
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
+        grace_s: an attack may land this much after its end [s]; `pair_hits.GRACE_S` for simulated limbs, which come a little late.
 
     Raises:
         MotionError: not the table of this stream.
     """
     table = np.asarray(table, dtype=np.int64)
     check_table(table, codes, stream.bounds)
-    groups = GROUP_OF[found.segments]
-    landed = {"intended": 0, "blocked": 0}
-    limb_in_attack = np.zeros((found.frames, 2, len(GROUPS)), dtype=bool)
+    intended = blocked = unintended = 0
+    meant = np.zeros(len(found.frame), dtype=bool)
     for aspect in ATTACKING_QUALIFIERS:
-        segments = STRIKING[aspect]
         for player, start, end, clip in table[limb_attacks(codes, aspect)]:
-            last = min(end, stream.bounds[clip, 1] - 1)
-            limb_in_attack[start : last + 1, player, GROUP_OF[segments[0]]] = True
+            last = min(end + round(grace_s * stream.fps), stream.bounds[clip, 1] - 1)
             rows = slice(*np.searchsorted(found.frame, [start, last + 1]))
-            touched = groups[rows, 1 - player][np.isin(found.segments[rows, player], segments)]
-            if len(touched):
-                arms = np.isin(touched, (GROUPS.index("left arm"), GROUPS.index("right arm")))
-                landed["blocked" if arms.all() else "intended"] += 1
-    gap, unintended = round(GAP_S * stream.fps), 0
-    for own in range(len(GROUPS)):
-        for theirs in range(len(GROUPS)):
-            touching = np.zeros(found.frames, dtype=bool)
-            touching[found.frame[(groups == (own, theirs)).all(axis=1)]] = True
-            if not touching.any():
-                continue
-            meant = limb_in_attack[:, 0, own] | limb_in_attack[:, 1, theirs]
-            for first, after in stream.bounds:
-                unintended += _contacts(touching[first:after], meant[first:after], gap)
-    return Hits(landed["intended"], unintended, landed["blocked"])
+            strikes = np.isin(found.segments[rows, player], STRIKING[aspect])
+            arms = np.isin(found.segments[rows, 1 - player], ARM_SEGMENTS)
+            intended += bool((strikes & ~arms).any())
+            blocked += bool(strikes.any() and arms[strikes].all())
+            meant[rows] |= strikes
+    gap, groups = round(GAP_S * stream.fps), GROUP_OF[found.segments]
+    for pair in np.unique(groups, axis=0):
+        own = (groups == pair).all(axis=1)
+        touching, wanted = np.zeros((2, found.frames), dtype=bool)
+        touching[found.frame[own]] = True
+        wanted[found.frame[own & meant]] = True
+        for first, after in stream.bounds:
+            unintended += _contacts(touching[first:after], wanted[first:after], gap)
+    return Hits(intended, unintended, blocked)
 
 
 def _contacts(touching: NDArray[np.bool_], meant: NDArray[np.bool_], gap: int) -> int:

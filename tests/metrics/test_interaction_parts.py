@@ -12,12 +12,13 @@ from simprep.humanoid import BODIES
 from simprep.metrics.contact import foot_slip, stance_drift
 from simprep.metrics.interaction import depths, falls_per_minute
 from simprep.metrics.interaction_distributions import KINDS, Counts, distributions, js_distance, js_floor, pooled
-from simprep.metrics.interaction_overlap import Hits, Overlaps, kinematic_hits, overlaps
+from simprep.metrics.interaction_overlap import Hits, Overlaps, count_hits, overlaps, recorded_contacts
 from simprep.metrics.interaction_reactions import attacking, neutral, reactions
 from simprep.metrics.interaction_stability import stability
 from simprep.metrics.interaction_stitches import Stitches, compare_stitches, stitches
 from simprep.motion.motion import Motion
 from simprep.physics.pair_penetration import fighter_penetration
+from simprep.physics.pair_run import FighterContact
 
 NEUTRAL = Label(move="L-L").code
 PUNCH = Label(move="L-L", left_punch="fwd").code
@@ -136,24 +137,36 @@ def test_hits_by_what_was_meant():
         rows(0, (0, NEUTRAL), (20, PUNCH), (40, BACK), (60, KICK), (80, NEUTRAL), 100), rows(1, (0, NEUTRAL), 100)
     )
 
-    def hits(*contacts):
-        return kinematic_hits(touching(stream, *contacts), stream, table, codes)
+    def hits(*contacts, grace_s=0.0):
+        return count_hits(touching(stream, *contacts), stream, table, codes, grace_s)
 
     assert hits((25, 35, "left_hand", "thorax")) == Hits(intended=1, unintended=0, blocked=0)
     assert hits((25, 35, "left_hand", "right_forearm")) == Hits(0, 0, 1)
     # forearm on an arm, then through to the head; still inside while the fist returns
     assert hits((25, 50, "left_forearm", "left_hand"), (30, 60, "left_hand", "head")) == Hits(1, 0, 0)
     assert hits((25, 35, "right_hand", "thorax")) == Hits(0, 1, 0)  # the other hand
-    assert hits((45, 55, "left_hand", "thorax")) == Hits(0, 1, 0)  # no longer an attack
-    assert hits((62, 64, "right_thigh", "right_hand")) == Hits(
-        0, 0, 0
-    )  # the kicking leg, but not what a kick lands with
-    assert hits((62, 64, "right_foot", "left_thigh"), (62, 64, "right_shank", "left_foot")) == Hits(1, 0, 0)
-    # one contact of two legs, interrupted for 5 frames = 0.083 s; one of legs and trunk
-    assert hits(
-        (0, 3, "left_shank", "left_foot"), (8, 12, "left_thigh", "left_foot"), (0, 3, "left_shank", "pelvis")
-    ) == Hits(0, 2, 0)
-    assert hits((0, 3, "left_shank", "left_foot"), (9, 12, "left_shank", "left_foot")) == Hits(0, 2, 0)
+    assert hits((43, 50, "left_hand", "thorax")) == Hits(0, 1, 0)  # no longer an attack ...
+    assert hits((43, 50, "left_hand", "thorax"), grace_s=0.1) == Hits(1, 0, 0)  # ... but that of a limb that is late
+    assert hits((62, 64, "right_thigh", "right_hand")) == Hits(0, 1, 0)  # not what a kick lands with
+    # a foot on a thigh; thigh against foot in the same contact of two legs
+    assert hits((62, 64, "right_foot", "left_thigh"), (62, 64, "right_thigh", "left_foot")) == Hits(1, 0, 0)
+    # one contact of two legs, interrupted for 5 frames = 0.083 s; one of leg and trunk
+    legs = (0, 3, "left_shank", "left_foot"), (8, 12, "left_thigh", "left_foot")
+    assert hits(*legs, (0, 3, "left_shank", "pelvis")) == Hits(0, 2, 0)
+    assert hits(legs[0], (9, 12, "left_shank", "left_foot")) == Hits(0, 2, 0)
+    assert count_hits(overlaps(stream), stream, table, codes) == Hits(0, 0, 0)
+
+
+def test_recorded_contacts_fall_on_frames():
+    def contact(start, duration, a, b):
+        return FighterContact(start, duration, a, b, (1.0, 0.0, 0.0), 10.0, 1.0, (0.0, 0.0, 1.0), 0.01)
+
+    brief = contact(0.5, 1 / 480, "left_hand", "head")  # too short for a frame at 20 per second
+    late = contact(4.9, 2.0, "head", "right_foot")  # goes on beyond the end
+    found = recorded_contacts([late, brief], 100, 20.0)
+    assert found.frame.tolist() == [10, 98, 99]
+    assert [BODIES[k] for k in found.segments[0]] == ["left_hand", "head"]
+    assert len(recorded_contacts([], 100, 20.0).frame) == 0
 
 
 def test_jensen_shannon_distance():
