@@ -130,7 +130,7 @@ class InteractionMetrics:
 
     def as_dict(self) -> dict[str, Any]:
         """Nested dictionary for JSON: None where a number does not exist."""
-        return {key: _plain(value) for key, value in asdict(self).items()}
+        return {key: plain(value) for key, value in asdict(self).items()}
 
 
 def interaction_metrics(
@@ -190,7 +190,9 @@ def falls_per_minute(ends: Sequence[tuple[str, float]]) -> float:
 
 
 def depths(depth: FloatArray) -> Depths:
-    """Summary of a depth (T,) over time [m], 0 where there is no overlap."""
+    """Summary of a depth (T,) over time [m], 0 where there is no overlap; NaN without any frame."""
+    if not len(depth):
+        return Depths(*[math.nan] * 4)
     inside = depth[depth > 0]
     return Depths(
         1e3 * float(depth.mean()),
@@ -257,11 +259,12 @@ def _errors(stream: DuelStream, reference: DuelStream | None, simulated: Sequenc
     return position_errors(np.concatenate(simulated), np.concatenate(wanted))
 
 
-def _plain(value: Any) -> Any:
+def plain(value: Any) -> Any:
+    """A value for JSON: None for numbers that are not finite, lists for tuples, inside dictionaries too."""
     if isinstance(value, dict):
-        return {key: _plain(one) for key, one in value.items()}
+        return {key: plain(one) for key, one in value.items()}
     if isinstance(value, tuple | list):
-        return [_plain(one) for one in value]
+        return [plain(one) for one in value]
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     return value
