@@ -1,0 +1,219 @@
+"""Automatic bouts under physics, with and without posture optimisation of both fighters, on the same seeds.
+
+Example: python scripts/fight_physics_study.py --bouts 10 --seconds 10 -o results/fight_physics
+
+Every case (bout, arm) is written to OUT/cases as soon as it is done; a study that is started again goes on where it
+was. Writes OUT/fight_physics.json and OUT/fight_physics.md. Computing times mean something only if nothing else runs.
+"""
+
+import argparse
+import json
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.progress import Progress
+
+from simprep.duel.choice import ModelChooser
+from simprep.duel.default_model import fight_model
+from simprep.duel.example_motions import ExampleMotions
+from simprep.duel.fight import Fight
+from simprep.duel.posture import optimise_fight_posture
+from simprep.duel.synthesis import synthesise
+from simprep.errors import SimprepError
+from simprep.files import atomic_path
+from simprep.metrics.evaluate import evaluate_run
+from simprep.metrics.interaction import falls_per_minute
+from simprep.physics.pair_hits import judge
+from simprep.physics.pair_run import PairRun
+from simprep.physics.pair_store import save_pair_run
+from simprep.physics.pair_track import PairSettings, track_pair
+from simprep.report.record import provenance, write_json
+
+SCHEMA = "simprep.fight_physics_study/1"
+ARMS = ("plain", "optimised")
+SHOWN = {
+    "mpjpe_mm": "MPJPE mm",
+    "g_mpjpe_mm": "G-MPJPE mm",
+    "foot_slip_ratio": "foot slip ratio",
+    "penetration_kinematic_mean_mm": "overlap before, mean mm",
+    "penetration_kinematic_max_mm": "overlap before, max mm",
+    "penetration_simulated_mean_mm": "overlap after, mean mm",
+    "penetration_simulated_max_mm": "overlap after, max mm",
+    "attacks_landed": "attacks landed",
+    "attacks_blocked": "attacks blocked",
+    "contacts_unintended": "unintended contacts",
+    "largest_impulse_ns": "largest impulse N s",
+    "torque_rms_nm": "torque RMS N m",
+    "com_cos_mm": "COM to support centre mm",
+    "end_s": "simulated s",
+    "s_per_s": "s per s",
+}
+"""What the table shows, and how it is called."""
+PER_FIGHTER = ("mpjpe_mm", "g_mpjpe_mm", "foot_slip_ratio", "torque_rms_nm", "com_cos_mm", "saturation_share")
+
+
+def bouts(count: int, seconds: float, model: Path | None) -> list[Fight]:
+    """Automatic bouts, one for each seed."""
+    whole = fight_model(model)
+    examples = ExampleMotions.of(whole.stream, whole.model)
+    a, b = (ModelChooser(player) for player in whole.model.players)
+    return [
+        synthesise(examples, (a, b), seconds, np.random.default_rng(seed), seed=seed, mode="automatic")
+        for seed in range(count)
+    ]
+
+
+def numbers(run: PairRun) -> dict[str, Any]:
+    """Metrics of a simulated bout: both fighters' means, and what concerns both."""
+    own = [evaluate_run(one) for one in run.runs]
+    both = {}
+    for key in PER_FIGHTER:
+        values = [value for one in own if isinstance(value := one[key], float)]
+        both[key] = float(np.mean(values)) if values else None
+    return {
+        **run.summary(),
+        **both,
+        "end_reason": run.runs[0].end_reason,
+        "largest_impulse_ns": max((one.impulse_ns for one in run.contacts), default=0.0),
+        "largest_peak_force_n": max((one.peak_force_n for one in run.contacts), default=0.0),
+        "rejected_samples": run.runs[0].settings.get("rejected_samples"),
+        "contact_list": [asdict(one) for one in run.contacts],
+    }
+
+
+def case(fight: Fight, arm: str, seed: int, folder: Path, settings: PairSettings, tick: Any) -> dict[str, Any]:
+    """One bout, from its file if that exists."""
+    path = folder / f"{arm}_{seed:02d}.json"
+    if path.exists():
+        return dict(json.loads(path.read_text(encoding="utf-8")))
+    posture = None
+    if arm == "optimised":
+        fight, changes = optimise_fight_posture(fight)
+        posture = [asdict(one) for one in changes]
+    run = track_pair(fight.stream.players, "mpc", seed, settings, tick)
+    run = PairRun(run.runs, judge(run.contacts, fight), run.penetration, run.reference_penetration)
+    save_pair_run(run, folder / f"{arm}_{seed:02d}.npz")
+    content = {"arm": arm, "seed": seed, "posture": posture, **numbers(run)}
+    write_json(path, content)
+    return content
+
+
+def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Medians and quartiles over bouts, and what is pooled over all of them."""
+    out: dict[str, Any] = {
+        "n": len(cases),
+        "ends": {end: sum(c["end"] == end for c in cases) for end in ("done", "fell", "diverged")},
+    }
+    out["falls_per_min"] = falls_per_minute([(c["end"], c["end_s"]) for c in cases])
+    seconds = np.array([c["end_s"] for c in cases])
+    means = {}
+    for when in ("kinematic", "simulated"):
+        per_bout = np.array([c[f"penetration_{when}_mean_mm"] for c in cases])
+        means[when] = float((per_bout * seconds).sum() / seconds.sum())
+    out["overlap_mean_mm"] = means
+    out["overlap_cut_share"] = 1 - means["simulated"] / means["kinematic"] if means["kinematic"] > 0 else None
+    out["assist_n"] = max(c["assist_n"] for c in cases)
+    for key in SHOWN:
+        values = [c[key] for c in cases if c[key] is not None]
+        if values:
+            low, middle, high = np.percentile(values, (25, 50, 75))
+            out[key] = {
+                "median": middle,
+                "q25": low,
+                "q75": high,
+                "min": min(values),
+                "max": max(values),
+                "n": len(values),
+            }
+    return out
+
+
+def markdown(summaries: dict[str, Any], seconds: float) -> str:
+    """The table."""
+    first = next(iter(summaries.values()))
+    lines = [
+        f"{first['n']} automatic bouts of {seconds:g} s for each arm, the same seeds; a bout ends with its first fall. Medians"
+        " over bouts, quartiles in brackets.",
+        "",
+        f"| | {' | '.join(summaries)} |",
+        f"| --- |{' --- |' * len(summaries)}",
+    ]
+
+    def row(name: str, cells: list[str]) -> None:
+        lines.append(f"| {name} | {' | '.join(cells)} |")
+
+    row("to the end / fell / diverged", [" / ".join(str(v) for v in s["ends"].values()) for s in summaries.values()])
+    row("falls per minute", [f"{s['falls_per_min']:.1f}" for s in summaries.values()])
+    for key, name in SHOWN.items():
+        cells = []
+        for s in summaries.values():
+            v = s.get(key)
+            cells.append("-" if v is None else f"{v['median']:.3g} ({v['q25']:.3g} to {v['q75']:.3g})")
+        row(name, cells)
+    row(
+        "overlap, mean over all frames mm: before, after, cut",
+        [
+            f"{s['overlap_mean_mm']['kinematic']:.2f}, {s['overlap_mean_mm']['simulated']:.3f}, "
+            + ("-" if s["overlap_cut_share"] is None else f"{100 * s['overlap_cut_share']:.1f} %")
+            for s in summaries.values()
+        ],
+    )
+    row("largest assist N", [f"{s['assist_n']:g}" for s in summaries.values()])
+    return "\n".join(lines) + "\n"
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--bouts", type=int, default=10)
+    parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--model", type=Path, help="folder of a model; default: of the built-in kickboxing stream")
+    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS))
+    parser.add_argument("-o", "--out", type=Path, default=Path("results/fight_physics"))
+    options = parser.parse_args()
+    settings = PairSettings()
+    folder = options.out / "cases"
+    done: dict[str, list[dict[str, Any]]] = {arm: [] for arm in options.arms}
+    try:
+        fights = bouts(options.bouts, options.seconds, options.model)
+        with Progress(console=Console(stderr=True)) as progress:
+            for seed, fight in enumerate(fights):
+                for arm in options.arms:
+                    task = progress.add_task(f"bout {seed} {arm}", total=1.0)
+                    result = case(
+                        fight,
+                        arm,
+                        seed,
+                        folder,
+                        settings,
+                        lambda share, task=task: progress.update(task, completed=share),
+                    )
+                    progress.remove_task(task)
+                    done[arm].append(result)
+                    progress.console.print(
+                        f"{arm} {seed}: {result['end']} {result['end_s']:.2f} s, MPJPE {result['mpjpe_mm'] or 0:.0f} mm, overlap "
+                        f"{result['penetration_kinematic_mean_mm']:.2f} to {result['penetration_simulated_mean_mm']:.3f} mm, "
+                        f"{result['attacks_landed']} landed, {result['s_per_s'] or 0:.1f} s per s"
+                    )
+    except SimprepError as error:
+        print(error, file=sys.stderr)
+        return 2
+    summaries = {arm: summarise(cases) for arm, cases in done.items()}
+    content = {
+        "schema": SCHEMA, **provenance(sys.argv), "bouts": options.bouts, "seconds": options.seconds,
+        "settings": asdict(settings), "summary": summaries, "cases": [one for cases in done.values() for one in cases],
+    }  # fmt: skip
+    path = write_json(options.out / "fight_physics.json", content)
+    text = markdown(summaries, options.seconds)
+    with atomic_path(options.out / "fight_physics.md") as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    print(text)
+    print(f"written: {path}, {options.out / 'fight_physics.md'}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
