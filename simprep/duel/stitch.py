@@ -8,10 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial.transform import Rotation
 
 from simprep.errors import SettingError
-from simprep.humanoid import DEFAULT_BODY, FEET, Body, humanoid_model
+from simprep.humanoid import DEFAULT_BODY, FEET, SIDES, Body, hinge_index, humanoid_model
+from simprep.library.curves import minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.rotations import rotation_matrix
 from simprep.preparation.planting import plant_feet
@@ -56,6 +58,11 @@ class StitchSettings:
 
 DEFAULT_STITCH = StitchSettings()
 _PLANTING = PreparationSettings()
+PIVOTING, HEEL_UP, HEEL_S = 1.5, 0.12, 0.04
+"""A standing foot that turns this fast [rad/s] raises its heel by this angle [rad]; how smoothly [s]."""
+DEEP_M, SINK_S = 0.005, 0.1
+"""Feet deeper in the floor than this raise the pelvis [m], within this time [s]."""
+_DORSIFLEXION = [7 + hinge_index(f"{side}_ankle_dorsiflexion") for side in SIDES]
 
 
 @dataclass(frozen=True)
@@ -241,17 +248,25 @@ def plant(
         body: the humanoid.
         ease_s: time within which the pelvis may begin to sink so that legs reach; 0 where the first frame is free [s].
     """
+    qpos = qpos.copy()
+    start = minimum_jerk(np.arange(len(qpos)) / (ease_s * fps)) if ease_s > 0 else np.ones(len(qpos))
+    speed = np.abs(np.gradient(turning, 1 / fps, axis=0)) * contacts
+    lift = gaussian_filter1d(np.minimum(speed / PIVOTING, 1.0), HEEL_S * fps, axis=0, mode="nearest")
+    qpos[:, _DORSIFLEXION] -= HEEL_UP * lift * start[:, None]
+    made = _plant(qpos, contacts, turning, fps, body, ease_s)
+    depth = -made.kinematics.foot_points[..., 2].min(axis=(1, 2))
+    if depth.max() > DEEP_M:  # no knee bends so far: the pelvis must not sink so low
+        wide = maximum_filter1d(np.maximum(depth, 0.0), 2 * round(SINK_S * fps) + 1, mode="nearest")
+        qpos[:, 2] += gaussian_filter1d(wide, 0.5 * SINK_S * fps, mode="nearest") * start
+        made = _plant(qpos, contacts, turning, fps, body, ease_s)
+    return made
+
+
+def _plant(
+    qpos: FloatArray, contacts: BoolArray, turning: FloatArray, fps: float, body: Body, ease_s: float
+) -> Stitched:
     made = plant_feet(
-        qpos,
-        None,
-        contacts,
-        np.ones(len(qpos)),
-        np.zeros(2),
-        fps,
-        body,
-        _PLANTING,
-        ease_in=ease_s,
-        turning=turning,
-        yielding=True,
-    )
+        qpos, None, contacts, np.ones(len(qpos)), np.zeros(2), fps, body, _PLANTING,
+        ease_in=ease_s, turning=turning, yielding=True,
+    )  # fmt: skip
     return Stitched(made.qpos, contacts, made.kinematics, made.foot_error)

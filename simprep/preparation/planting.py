@@ -27,7 +27,7 @@ _NOTHING = 1e-9
 _PASSES = 5
 _DEEP_M = 0.0005
 _FAR_M = 0.002
-_PIVOT = np.where([part == "heel" for part in FOOT_GEOMS], 0.02, 1.0)
+_PIVOT = np.array([{"heel": 1e-3, "toe": 1.0}.get(part, 0.03) for part in FOOT_GEOMS])
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,7 @@ def plant_feet(
     pelvis = before.xpos[:, 0] - drop[:, None] * np.array([0.0, 0.0, 1.0])
     aim = goal.copy()
     missed = changed
-    for _ in range(_PASSES):
+    for _ in range(2 * _PASSES if yielding else _PASSES):
         for side, leg in enumerate(legs(body)):
             frames = np.flatnonzero(missed[:, side])
             shank = BODIES.index(f"{SIDES[side]}_shank")
@@ -159,7 +159,7 @@ def _keep_carrying_points(
 
 
 def _yield(aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, body: Body) -> NDArray[np.bool_]:
-    """Where a limit keeps a foot from its place, want the orientation that it got, about the point that carries.
+    """Where a limit keeps a foot from its place, want the orientation that it got, turned about the point that carries.
 
     Args:
         aim: (T, 2, 3) ankles aimed at; changed in place.
@@ -174,15 +174,14 @@ def _yield(aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, bod
     off = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1) > _FAR_M
     for side, leg in enumerate(legs(body)):
         frames = np.flatnonzero(off[:, side])
-        if not len(frames):
-            continue
-        found = rotation_matrix(after.xquat[frames, FEET[side]])
-        before = np.einsum("tij,kj->tki", goal_rotation[frames, side], leg.points)
-        now = np.einsum("tij,kj->tki", found, leg.points)
-        carrying = np.argmin(before[..., 2] - leg.radii, axis=1)
-        rows = np.arange(len(frames))
-        goal[frames, side] += before[rows, carrying] - now[rows, carrying]
-        deep = goal[frames, side, 2] + (now[..., 2] - leg.radii).min(axis=1)
+        wanted, found = goal_rotation[frames, side], rotation_matrix(after.xquat[frames, FEET[side]])
+        points = wanted @ leg.points.T  # (N, 3, 4)
+        height = points[:, 2] - leg.radii
+        share = np.exp(-(height - height.min(axis=1, keepdims=True)) / _CARRY_M) * _PIVOT
+        share /= share.sum(axis=1, keepdims=True)
+        now = found @ leg.points.T
+        goal[frames, side] += ((points - now) * share[:, None]).sum(axis=2)
+        deep = goal[frames, side, 2] + (now[:, 2] - leg.radii).min(axis=1)
         goal[frames, side, 2] -= np.minimum(deep, 0.0)
         aim[frames, side] = goal[frames, side]
         goal_rotation[frames, side] = found
@@ -205,7 +204,7 @@ class _Track:
     def rolling(self, turn: Array, pivoting: bool = False) -> Array:
         """(T - 1, 2) ankle displacement per frame that keeps the carrying points in place, the foot turned by `turn`.
 
-        Pivoting, it turns about its ball rather than its heel, where both carry.
+        Pivoting, it turns about its toe where that carries, as the feet of the built-in motions do.
         """
         c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
         x, y = self.points[..., 0], self.points[..., 1]
@@ -216,8 +215,8 @@ class _Track:
         between = (share[1:] + share[:-1]) / 2
         steps = -(between[..., None] * np.diff(plan, axis=0)).sum(axis=1)
         if pivoting:
-            ball = between * _PIVOT
-            apart = between - ball / ball.sum(axis=1, keepdims=True)
+            pivot = between * _PIVOT
+            apart = between - pivot / pivot.sum(axis=1, keepdims=True)
             middle = ((plan[1:] + plan[:-1]) / 2 * apart[..., None]).sum(axis=1)
             angle = np.diff(self.heading + turn)[:, None]
             steps += angle * np.stack([-middle[:, 1], middle[:, 0]], axis=-1)
