@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from simprep.duel.action_features import turned
 from simprep.duel.choice import Choice, Situation
+from simprep.duel.drawing import DrawingChooser
 from simprep.duel.fight_model import FightModel
 from simprep.duel.label_masks import kind_of, narrowed, seen_successions
 from simprep.duel.requests import Request
@@ -110,6 +111,7 @@ class Avatar:
         self._codes = self.model.labels.candidates
         self._kinds = kind_of(self._codes)
         self._successions = seen_successions(self._graph, player)
+        self._drawing = DrawingChooser(self.model)
         self._way = displacements(model, player, self.model.examples)
         self._waiting: list[_Waiting] = []
         for one in script:
@@ -184,7 +186,7 @@ class Avatar:
     ) -> Choice:
         known = (s.own_label, s.opponent_label, s.own, s.opponent)
         if goal is None:
-            return Choice(self.model.sample(rng, *known, allowed=allowed))
+            return Choice(self._drawing.draw(s, rng, allowed))
         reached, bonus = None, None
         if s.position is not None and s.heading is not None:
             reached = s.position + turned(self._way, s.heading)

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from simprep.duel.action_features import PLACEMENT, turned
 from simprep.duel.choice import Choice, Situation
+from simprep.duel.drawing import ConditionalDensities, DrawSettings, begins_where, shares
+from simprep.duel.label_masks import narrowed
+from simprep.duel.label_model import row_of
 from simprep.duel.semi_tied import ClassGaussians, SemiTied
 from simprep.duel.transition_model import DuelModel, TransitionModel
 
@@ -32,51 +35,64 @@ def own_motion(parameters: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class IndependentChooser:
-    """A single-player graph: P(l1' | l1) P(u1, u1' | l1'), with u the own motion (`own_motion`); the opponent is ignored.
+    """A single-player graph: labels by P(l1' | l1) P(u1 | l1')^w, examples by P(u1 | u1', l1')^w; the opponent is ignored.
 
-    The counterpart of Eq. 6 and 12 for one fighter alone, learned from the same examples.
+    The counterpart of `drawing.DrawingChooser` for one fighter alone, u being the own motion (`own_motion`): learned from the
+    same examples, with the same weights and the rule for `move`.
 
     Attributes:
         model: of this player.
         gaussians: P(u1, u1' | l1').
+        settings: weights and rules.
     """
 
     model: TransitionModel
     gaussians: ClassGaussians
+    settings: DrawSettings = field(default_factory=DrawSettings)
     _table: FloatArray = field(init=False, repr=False, compare=False)
-    _motion: FloatArray = field(init=False, repr=False, compare=False)
+    _densities: ConditionalDensities = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        triples, candidates = self.model.labels.triples, self.model.labels.candidates
+        model = self.model
+        triples, candidates = model.labels.triples, model.labels.candidates
         counts = np.ones((len(candidates) + 1, len(candidates)))  # Dirichlet(1); the last row: own label never seen
-        seen = np.isin(triples.own, candidates)
-        rows = np.searchsorted(candidates, triples.own[seen])
-        np.add.at(counts, (rows, np.searchsorted(candidates, triples.next[seen])), 1)
+        rows = row_of(candidates, triples.own)
+        np.add.at(counts, (rows, np.searchsorted(candidates, triples.next)), 1)
+        counts[-1] = 1
+        densities = ConditionalDensities(self.gaussians, candidates, model.candidate, own_motion(model.parameters))
         object.__setattr__(self, "_table", np.log(counts / counts.sum(axis=1, keepdims=True)))
-        object.__setattr__(self, "_motion", own_motion(self.model.parameters))
+        object.__setattr__(self, "_densities", densities)
 
     @classmethod
-    def of(cls, model: DuelModel, player: int) -> "IndependentChooser":
-        """Learn from the transitions that the player's model has learned from."""
+    def of(cls, model: DuelModel, player: int, settings: DrawSettings | None = None) -> "IndependentChooser":
+        """Learn from the transitions that the player's model has learned from.
+
+        Args:
+            model: of both.
+            player: 0 or 1.
+            settings: None for the defaults.
+        """
         own = model.players[player]
         steps = model.graph.actions.transitions(player)
         steps = steps.subset(np.flatnonzero(np.isin(steps.current, own.examples) & np.isin(steps.next, own.examples)))
         motion = own_motion(model.parameters)
         samples = np.concatenate([motion[steps.current], motion[steps.next]], axis=1)
-        return cls(own, SemiTied().fit(samples, model.graph.actions.label[steps.next]))
+        gaussians = SemiTied().fit(samples, model.graph.actions.label[steps.next])
+        return cls(own, gaussians, settings or DrawSettings())
 
     def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
         """The next action (see `choice.Chooser`)."""
         model, now = self.model, own_motion(situation.own)
-        samples = np.column_stack([np.broadcast_to(now, self._motion.shape), self._motion])
-        density = self.gaussians.log_density(samples, model.labels.candidates[model.candidate])
-        first = np.searchsorted(model.candidate, np.arange(len(model.labels.candidates)))
-        row = np.flatnonzero(model.labels.candidates == situation.own_label)
-        logs = self._table[row[0] if len(row) else -1] + np.maximum.reduceat(density, first)
-        weight = np.exp(logs - logs.max())
-        label = int(rng.choice(len(weight), p=weight / weight.sum()))
+        candidates = model.labels.candidates
+        logs = self._table[int(row_of(candidates, situation.own_label))]
+        logs = logs + self.settings.label_weight * self._densities.given_labels(now)
+        if self.settings.rules:
+            possible = narrowed(np.ones(len(candidates), dtype=bool), begins_where(candidates, situation.own_label))
+            logs = np.where(possible, logs, -np.inf)
+        label = int(rng.choice(len(candidates), p=shares(logs)))
         own = np.flatnonzero(model.candidate == label)
-        return Choice(int(model.examples[own[np.argmax(density[own])]]))
+        fits = self.settings.example_weight * self._densities.given_examples(now, label, own)
+        return Choice(int(model.examples[rng.choice(own, p=shares(fits))]))
 
 
 @dataclass(frozen=True)

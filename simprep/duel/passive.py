@@ -10,7 +10,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from simprep.duel.choice import Choice, Situation
-from simprep.duel.label_masks import LabelMasks, narrowed, reaction_to
+from simprep.duel.drawing import DrawingChooser, DrawSettings
+from simprep.duel.label_masks import LabelMasks, narrowed
 from simprep.duel.transition_model import TransitionModel
 from simprep.errors import SettingError
 
@@ -40,36 +41,27 @@ class RecordedChooser:
 
 @dataclass(frozen=True)
 class ReactingChooser:
-    """Draws by the transition model among what a fighter may do who only reacts.
-
-    The first restriction leaves out attacks. The second keeps to labels whose `react` is what the rule gives an action that
-    begins now (section 3.2.2): Eq. 9 alone gives labels that react to something else a small probability each,
-    together a large one. Where a restriction would leave nothing, it is dropped.
+    """Draws by the transition model among what a fighter may do who only reacts: no attacks.
 
     Attributes:
         model: of this player.
-        attacks: may attack too.
-        by_rule: second restriction.
-        neutral: third one: none of a punch, kick or jump, not even its return.
+        neutral: guard, steps and defence alone: not even the return of a limb, which only follows an own attack.
+        settings: of drawing.
     """
 
     model: TransitionModel
-    attacks: bool = False
-    by_rule: bool = True
     neutral: bool = True
+    settings: DrawSettings = field(default_factory=DrawSettings)
     _masks: LabelMasks = field(init=False, repr=False, compare=False)
+    _drawing: DrawingChooser = field(init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "_masks", LabelMasks.of(self.model))
+        object.__setattr__(self, "_drawing", DrawingChooser(self.model, self.settings))
 
     def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
         """The next action (see `choice.Chooser`)."""
-        s, masks = situation, self._masks
-        allowed = np.ones(len(masks.codes), dtype=bool)
-        if not self.attacks:
-            allowed = narrowed(allowed, ~masks.attacks)
-        if self.by_rule:
-            allowed = narrowed(allowed, masks.react == reaction_to(s.opponent_label))
-        if self.neutral and not self.attacks:
-            allowed = narrowed(allowed, masks.neutral)
-        return Choice(self.model.sample(rng, s.own_label, s.opponent_label, s.own, s.opponent, allowed=allowed))
+        masks = self._masks
+        anything = np.ones(len(masks.codes), dtype=bool)
+        allowed = narrowed(anything, ~masks.attacks, *((masks.neutral,) if self.neutral else ()))
+        return Choice(self._drawing.draw(situation, rng, allowed))
