@@ -53,9 +53,9 @@ def fight_timeline(
         fight: what to draw; readable up to about a minute.
         path: the PNG file.
         contacts: between the fighters (`simprep.physics.pair_run.FighterContact`); larger marks for larger impulses.
-        falls: (time [s], player) of each.
+        falls: (time [s], player) of each; what comes after the first is shaded.
         depth: (T,) overlap of the fighters [m], drawn as an area.
-        row_s: length of a row [s].
+        row_s: length of a row [s]; a fight that fits into one fills it.
 
     Returns:
         The path written.
@@ -73,6 +73,8 @@ def fight_timeline(
     if depth is not None and len(depth) != len(stream):
         raise SettingError(f"{len(depth)} depths for {len(stream)} frames; valid: one per frame")
     count = max(1, int(np.ceil(seconds / row_s - 1e-6)))
+    row_s = max(seconds, 1.0) if count == 1 else row_s
+    over = min((time for time, _ in falls), default=np.inf)
     figure = new_figure(14.0, 2.5 * count + 0.9)
     figure.suptitle(f"{stream.name}: {fight.mode}, {seconds:.1f} s, seed {fight.seed}", fontsize=11)
     grid = figure.add_gridspec(2 * count, 1, height_ratios=[1.0, 0.9] * count)
@@ -87,6 +89,8 @@ def fight_timeline(
         above.tick_params(labelbottom=False)
         above.set_xlim(span)
         for axes in (above, below):
+            if over < span[1]:  # what was planned and never happened
+                axes.axvspan(max(over, span[0]), span[1], color="black", alpha=0.10, lw=0)
             axes.tick_params(labelsize=7)
             axes.spines[["top", "right"]].set_visible(False)
     below.set_xlabel("time [s]", fontsize=8)
