@@ -10,6 +10,7 @@ import tyro
 from simprep import __version__
 from simprep.cli import duel, library, output
 from simprep.cli.approach import Approach
+from simprep.cli.fight import FightCommand
 from simprep.cli.graph import Graph
 from simprep.cli.import_motion import Import
 from simprep.cli.track import Track
@@ -25,6 +26,7 @@ Command = (
     | Annotated[Track, tyro.conf.subcommand("track")]
     | Annotated[Import, tyro.conf.subcommand("import")]
     | Annotated[duel.Duel, tyro.conf.subcommand("duel", description=duel.DESCRIPTION)]
+    | Annotated[FightCommand, tyro.conf.subcommand("fight")]
     | Annotated[Graph, tyro.conf.subcommand("graph")]
     | Annotated[Train, tyro.conf.subcommand("train")]
     | Annotated[Approach, tyro.conf.subcommand("approach")]

@@ -1,0 +1,138 @@
+"""`simprep fight`: a new fight from a model, and its simulation."""
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from simprep.cli import output as output_module
+from simprep.cli.output import Output, print_result
+
+PICTURES = 12
+
+
+@dataclass(frozen=True)
+class FightCommand:
+    """Let two fighters fight by a learned model, simulate the fight with joint motors only, and measure it.
+
+    Writes fight.npz (both motions), actions.csv, metrics.json; of the simulation tracked.npz (what was simulated), run.npz,
+    simulated.npz, contacts.csv; and, where pictures can be drawn, strip.png and timeline.png. Without --model the built-in kickboxing stream is used, which is
+    synthetic; its model is made once (about a minute) and kept.
+
+    Example: simprep fight --seconds 10 --seed 3 -o out/fight
+    """
+
+    mode: Literal["automatic", "interactive", "passive"] = "automatic"
+    """automatic: both by the model; interactive: the player follows --requests; passive: the player performs held-out
+    attacks, the other only reacts."""
+
+    seconds: Annotated[float, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = 10.0
+    """Length [s] (default 10)."""
+
+    seed: Annotated[int, tyro.conf.arg(metavar="N", help_behavior_hint="")] = 0
+    """Another seed, another fight (default 0)."""
+
+    model: Annotated[Path | None, tyro.conf.arg(metavar="DIR", help_behavior_hint="")] = None
+    """Folder that `simprep duel analyze` wrote, or the model.npz in it (default: the built-in one)."""
+
+    requests: Annotated[Path | None, tyro.conf.arg(metavar="CSV", help_behavior_hint="")] = None
+    """Timed requests of the interactive mode: columns time_s, action (kick, left punch, ...), x_m, y_m (where to be)."""
+
+    player: Literal["A", "B"] = "A"
+    """Whom the requests control, or who performs the held-out attacks (default A)."""
+
+    no_physics: bool = False
+    """Do not simulate the fight."""
+
+    no_posture_optimization: bool = False
+    """Simulate the fight as synthesised, without optimising both fighters' postures before."""
+
+    no_pictures: bool = False
+    """Draw no film strip and no time line."""
+
+    out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = None
+    """Folder for the results; default results/fight/MODE_SEED."""
+
+    json: bool = False
+    """Print one JSON object on stdout; everything else goes to stderr."""
+
+    def run(self) -> None:
+        """Fight, simulate, measure, write, print."""
+        print_result(self.json, self._run)
+
+    def _run(self, output: Output) -> dict[str, Any]:
+        asked = self._checked()
+        from simprep.duel.default_model import fight_model
+        from simprep.duel.example_motions import ExampleMotions
+        from simprep.duel.modes import begin_fight
+        from simprep.report.record import provenance, write_json
+        from simprep.study.fight import draw_fight, evaluate_fight, example_distributions, fight_content, save_fight
+
+        with output.progress() as bar:
+            task = bar.add_task("model", total=1.0)
+            model = fight_model(self.model, lambda what, share: bar.update(task, description=what, completed=share))
+            bar.update(task, description="examples", completed=0.0)
+            examples = None if self.mode == "passive" else ExampleMotions.of(model.stream, model.model)
+            made = begin_fight(model, self.mode, self.seed, "AB".index(self.player), asked, examples)
+            bar.update(task, description="fight", completed=0.0)
+            begun = time.perf_counter()
+            made.run(self.seconds, lambda share: bar.update(task, completed=share))
+            fight = made.fight(self.seconds)
+            wall_s = time.perf_counter() - begun
+            bar.update(task, description="metrics" if self.no_physics else "simulation", completed=0.0)
+            results = evaluate_fight(
+                fight,
+                example_distributions(model),
+                not self.no_physics,
+                not self.no_posture_optimization,
+                self.seed,
+                lambda share: bar.update(task, completed=share),
+                len(fight.stream) / wall_s,
+            )
+        folder = self.out or Path("results") / "fight" / f"{self.mode}_{self.seed}"
+        content = results.headline()
+        files = save_fight(results, folder)
+        if not self.no_pictures:
+            files += draw_fight(results, folder, PICTURES, output.warn)
+        files.append(folder / "metrics.json")
+        whole = {**provenance(output_module.arguments), **fight_content(results)}
+        write_json(files[-1], {**whole, "warnings": output.warnings, "files": [path.name for path in files]})
+        output.say(
+            f"{self.mode}, {fight.stream.duration:.1f} s, {len(fight.actions)} actions; model of {model.stream.name}"
+        )
+        if results.run is not None:
+            output.say(f"simulated: {results.run.end} at {results.run.end_s:.2f} s ({results.run.runs[0].end_reason})")
+        output.say(_table(content))
+        output.say(f"written: {', '.join(map(str, files))}")
+        return content
+
+    def _checked(self) -> tuple[Any, ...]:
+        from simprep.duel.modes import LONGEST_S
+        from simprep.duel.requests import read_requests
+        from simprep.errors import SettingError
+
+        if not 0.1 <= self.seconds <= LONGEST_S:
+            raise SettingError(f"--seconds {self.seconds:g}; valid: 0.1 to {LONGEST_S:g}")
+        if self.seed < 0:
+            raise SettingError(f"--seed {self.seed}; valid: 0 or more")
+        if self.mode != "interactive" and self.requests is not None:
+            raise SettingError(f"--requests with --mode {self.mode}; valid: with --mode interactive")
+        if self.mode == "interactive" and self.requests is None:
+            raise SettingError("--mode interactive needs --requests CSV: columns time_s, action, x_m, y_m")
+        return () if self.requests is None else read_requests(self.requests)
+
+
+def _table(content: Mapping[str, Any]) -> Any:
+    from rich.table import Table
+
+    table = Table()
+    table.add_column("metric")
+    table.add_column("value", justify="right")
+    for key, value in content.items():
+        for name, one in value.items() if isinstance(value, dict) else (("", value),):
+            shown = "-" if one is None else f"{one:.4g}" if isinstance(one, float) else str(one)
+            table.add_row(f"{key} {name}".strip(), shown)
+    return table
