@@ -174,7 +174,7 @@ def test_supporting_feet_stand_still():
     a, b = policies(SHORT)
     rng = np.random.default_rng(2)
     fighter = draw_clip(replace(SHORT, clip_s=20.0), (a, b), rng)[0]
-    done = perform(fighter, "kickboxing", rng)
+    done = perform(fighter, rng)
     points = forward_kinematics(done.qpos).foot_points
     travel = []
     for side in range(2):

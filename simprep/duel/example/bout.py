@@ -61,7 +61,7 @@ def make_example(
     for clip in range(settings.clips):
         rng = np.random.default_rng([seed, clip])
         fighters = draw_clip(settings, policies, rng)
-        parts = [perform(fighter, settings.name, rng) for fighter in fighters]
+        parts = [perform(fighter, rng) for fighter in fighters]
         for player, part in enumerate(parts):
             qpos[player].append(_measured(part.qpos[::step], settings, rng))
             contacts[player].append(part.contacts[::step])

@@ -16,8 +16,6 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 EARLIEST, LATEST = 0.28, 0.72
 """Where within an action its peak may be."""
-SETTLING_S = 1.5
-"""Heights that cannot be reached within an action are caught up with over about this time [s]."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,7 @@ def heave(cuts: IntArray, minima: FloatArray, heights: FloatArray, flights: Floa
     total = int(cuts[-1] - cuts[0])
     acceleration = np.empty(total + 1)
     peaks = np.empty(len(cuts) - 1, dtype=np.int64)
-    reached = float(heights[0])
+    reached, speed = float(heights[0]), 0.0
     for number in range(len(cuts) - 1):
         first, after = int(cuts[number] - cuts[0]), int(cuts[number + 1] - cuts[0])
         times = np.arange(after - first + 1) / fps
@@ -59,18 +57,19 @@ def heave(cuts: IntArray, minima: FloatArray, heights: FloatArray, flights: Floa
         rise = heights[number + 1] - reached
         if behind > 0:
             rise = 0.5 * GRAVITY * behind**2 + heights[number] - reached
-        wave, share = _wave(times, float(minima[number]), float(minima[number + 1]), before, behind, float(rise))
+        wave, share = _wave(times, float(minima[number]), float(minima[number + 1]), before, behind, float(rise), speed)
         acceleration[first : after + 1] = wave
         peaks[number] = first + round(share * (after - first))
-        velocity = np.concatenate([[0.0], np.cumsum(0.5 * (wave[1:] + wave[:-1]))]) / fps
+        velocity = _velocity(wave, speed, fps)
         reached += float(np.sum(0.5 * (velocity[1:] + velocity[:-1])) / fps)
+        speed = float(velocity[-1])  # not quite 0 between frames; left alone it would add up
     return Heave(_integrated(acceleration[:-1], float(heights[0]), fps), acceleration[:-1], peaks + int(cuts[0]))
 
 
 def _wave(
-    times: FloatArray, start: float, end: float, before: float, behind: float, rise: float
+    times: FloatArray, start: float, end: float, before: float, behind: float, rise: float, speed: float
 ) -> tuple[FloatArray, float]:
-    """Acceleration of one action, and at which share of it the peak is, nearest to the wanted rise."""
+    """Acceleration of one action that ends at rest, and at which share of it the peak is, nearest to the wanted rise."""
     length = float(times[-1])
     first, last = (-GRAVITY if before > 0 else start), (-GRAVITY if behind > 0 else end)
     best: tuple[float, FloatArray, float] | None = None
@@ -78,17 +77,22 @@ def _wave(
     for share in np.linspace(earliest, 0.85 if behind > 0 else LATEST, 45):
         middle = before + share * (length - before - behind)
         up, down = middle - before, length - behind - middle
-        # the speed is zero at both cuts: the mean of the two half waves and of the flights vanishes
-        peak = (2 * GRAVITY * (before + behind) - first * up - last * down) / (up + down)
+        # the speed is zero at the end: the two half waves and the flights take away what there is
+        peak = (2 * GRAVITY * (before + behind) - first * up - last * down - 2 * speed) / (up + down)
         rising = 0.5 * (first + peak) - 0.5 * (peak - first) * np.cos(np.pi * np.clip((times - before) / up, 0, 1))
         falling = 0.5 * (peak + last) + 0.5 * (peak - last) * np.cos(np.pi * np.clip((times - middle) / down, 0, 1))
         wave = np.where(times < middle, rising, falling)
-        velocity = np.concatenate([[0.0], np.cumsum(0.5 * (wave[1:] + wave[:-1]))]) * (times[1] - times[0])
+        velocity = _velocity(wave, speed, 1 / (times[1] - times[0]))
         gained = float(np.sum(0.5 * (velocity[1:] + velocity[:-1])) * (times[1] - times[0]))
         if best is None or abs(gained - rise) < best[0]:
             best = abs(gained - rise), wave, middle / length
     assert best is not None
     return best[1], best[2]
+
+
+def _velocity(acceleration: FloatArray, start: float, fps: float) -> FloatArray:
+    """Speed (T,) by the trapezoidal rule."""
+    return start + np.concatenate([[0.0], np.cumsum(0.5 * (acceleration[1:] + acceleration[:-1]))]) / fps
 
 
 def _integrated(acceleration: FloatArray, height: float, fps: float) -> FloatArray:

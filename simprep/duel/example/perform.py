@@ -23,6 +23,7 @@ from simprep.library.balance import com_from_zmp
 from simprep.library.curves import key_curve, minimum_jerk
 from simprep.library.posture import trunk_rotation
 from simprep.library.whole_body import JointSwing, Plan, follow_com
+from simprep.motion.kinematics import forward_kinematics
 
 FloatArray = NDArray[np.float64]
 GUARD_M = 0.93
@@ -33,12 +34,22 @@ SETTLE_S, SMOOTH_S = 0.26, 0.016
 """Differences of posture between actions fade over this time; Gaussian over all postures [s]."""
 TOES_DOWN = np.radians(38)
 """Pitch of the feet when a jump begins and ends."""
-CROUCHING = 0.5
-"""Depth of the force minimum before the push of a jump, and after its landing, in body weights."""
+CROUCHING, CROUCH_M = 0.7, 0.13
+"""Depth of the force minimum before the push of a jump, and after its landing, in body weights; the body bobs no deeper
+than this then [m]."""
 TOLERANCE_M, PASSES = 3e-4, 8
 """How exactly the centre of mass follows its path where the legs reach, and after how many passes it is left [m]."""
-HEEL_AT_M, SOLE_M = 0.005, 0.16
-"""From which distance a foot that is missed raises its heel, and ankle to toes [m]."""
+MISSED_M, BENT, YIELDS = 0.005, np.radians(2.0), 3
+"""A foot that is missed by more [m], or a leg bent beyond its range by more [rad], yields, at most so often."""
+SOLE_M = 0.16
+"""Ankle to toes [m]."""
+DORSIFLEXION, ROTATION = LEG_JOINTS.index("ankle_dorsiflexion"), LEG_JOINTS.index("hip_rotation")
+LEAN_S, LEAN_M = 0.10, 0.02
+"""Over which time, and by how much at once, the body is held back towards a foot that is missed [s, m]."""
+PIVOT_MOST = np.radians(15)
+"""A foot pivots no farther than this at once."""
+HEEL_HIGHEST = np.radians(60)
+"""Pitch at which a foot stands on the tips of its toes."""
 LEG_COLUMNS = np.array([[hinge_index(f"{side}_{joint}") for joint in LEG_JOINTS] for side in SIDES])
 
 
@@ -61,33 +72,60 @@ class Performance:
     missed_m: FloatArray
 
 
-def perform(fighter: Fighter, style: str, rng: np.random.Generator) -> Performance:
+def perform(fighter: Fighter, rng: np.random.Generator) -> Performance:
     """Poses of one fighter through a clip.
 
     Args:
         fighter: with all actions of the clip.
-        style: of the kicks, a key of `pieces.KICK_SHARES`.
-        rng: variants, amplitudes and style.
+        rng: defences, amplitudes and style.
     """
     actions = fighter.done
     cuts = np.array([action.start for action in actions] + [actions[-1].end], dtype=np.int64)
     total = int(cuts[-1])
     times = np.arange(total) / FPS
-    chosen = _choose(actions, fighter.lead, style, rng)
+    chosen = _choose(actions, fighter.lead, rng)
     stays = stays_of(fighter, actions)
     channels, swing = _postures(fighter, actions, chosen, stays, total, rng)
     flights = np.array([0.0, *(action.flight for action in actions)])
     course = heave(cuts, _minima(actions, cuts), _heights(actions, chosen, rng), flights, FPS)
     heading = key_curve(list(cuts / FPS), [actions[0].heading, *(action.heading for action in actions)])(times)
     plan, com = _plan(actions, fighter.lead, stays, channels, swing, heading, course, flights, cuts)
-    qpos, missed = _solve(plan, com)
-    if missed.max() > HEEL_AT_M:  # where a leg is too short the heel rises
-        need = gaussian_filter1d(maximum_filter1d(missed, 9, axis=0), 2.0, axis=0)
-        channels[:, PITCH:PIVOT] -= np.arcsin(np.clip(1.2 * need / SOLE_M, 0, 0.7))
+    best = solved = _solve(plan, com)
+    lean = np.zeros((total, 2))
+    for _ in range(YIELDS):
+        _, missed, excess = solved
+        if missed.max() < MISSED_M and np.abs(excess).max() < BENT:
+            break
+        lean += _yield(channels, missed, excess, plan, com)
         plan, com = _plan(actions, fighter.lead, stays, channels, swing, heading, course, flights, cuts)
-        qpos, missed = _solve(plan, com)
+        com[:, :2] += gaussian_filter1d(lean, 0.5 * LEAN_S * FPS, axis=0)
+        solved = _solve(plan, com)
+        if solved[1].sum() < best[1].sum():
+            best = solved
+    qpos, missed, _ = best
     names = tuple(name for name, _, _ in chosen)
     return Performance(qpos, plan.contacts, names, course.peaks, missed.max(axis=1))
+
+
+def _yield(channels: FloatArray, missed: FloatArray, excess: FloatArray, plan: Plan, com: FloatArray) -> FloatArray:
+    """What a body does whose leg is too short or too stiff for a stance; feet change in place, the lean (T, 2) comes back.
+
+    The heel rises where the ankle would bend too far or the leg does not reach, the foot pivots where the hip would turn too
+    far, and the body stays nearer to a foot that it misses.
+    """
+    need = gaussian_filter1d(maximum_filter1d(missed, 9, axis=0), 2.0, axis=0)
+    bent = gaussian_filter1d(maximum_filter1d(np.maximum(excess[..., DORSIFLEXION], 0), 13, axis=0), 3.0, axis=0)
+    rise = np.arcsin(np.clip(1.2 * need / SOLE_M, 0, 0.7)) + bent
+    pitch = channels[:, PITCH:PIVOT]
+    channels[:, PITCH:PIVOT] = np.where(rise > 1e-4, np.maximum(pitch - rise, np.minimum(pitch, -HEEL_HIGHEST)), pitch)
+    turned = np.clip(excess[..., ROTATION], -PIVOT_MOST, PIVOT_MOST)
+    turn = maximum_filter1d(np.maximum(turned, 0), 25, axis=0) - maximum_filter1d(np.maximum(-turned, 0), 25, axis=0)
+    channels[:, PIVOT:] += gaussian_filter1d(turn, 6.0, axis=0)
+    towards = plan.foot_position[..., :2] - com[:, None, :2]
+    towards /= np.maximum(np.linalg.norm(towards, axis=-1, keepdims=True), 0.05)
+    wide = round(2 * LEAN_S * FPS)
+    held = gaussian_filter1d(maximum_filter1d(np.minimum(missed, LEAN_M), 2 * wide + 1, axis=0), LEAN_S * FPS, axis=0)
+    return np.asarray(np.sum(held[..., None] * towards, axis=1))
 
 
 def _plan(
@@ -118,25 +156,32 @@ def _plan(
     return plan, np.column_stack([com_from_zmp(zmp, course.height, FPS), course.height])
 
 
-def _solve(plan: Plan, com: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Poses (T, 44), and how far each supporting foot is from its place (T, 2) [m]."""
+def _solve(plan: Plan, com: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Poses within the ranges of all joints, what is missed by that, and what would have been needed.
+
+    Returns:
+        (T, 44) poses; (T, 2) how far each supporting foot is from its place [m]; (T, 2, 6) by how much the hinges of
+        supporting legs would have to leave their ranges, signed [rad].
+    """
     qpos = np.zeros((len(com), N_QPOS))
     quat = Rotation.from_matrix(plan.root_rotation).as_quat(scalar_first=True)
     flips = np.cumprod(np.concatenate([[1.0], np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0)]))
     qpos[:, 3:7] = quat * flips[:, None]
     qpos[:, 7:] = plan.hinges
     qpos[:, :3] = com - [0.0, 0.0, 0.06]
-    kinematics = follow_com(plan, qpos, com, TOLERANCE_M, PASSES)
+    follow_com(plan, qpos, com, TOLERANCE_M, PASSES)
     low, high = humanoid_model().jnt_range[1:].T
-    qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
-    missed = np.linalg.norm(kinematics.xpos[:, FEET] - plan.foot_position, axis=-1)
-    return qpos, np.asarray(np.where(plan.contacts, missed, 0.0))
+    wanted = qpos[:, 7:].copy()
+    qpos[:, 7:] = np.clip(wanted, low, high)
+    missed = np.linalg.norm(forward_kinematics(qpos).xpos[:, FEET] - plan.foot_position, axis=-1)
+    excess = (wanted - qpos[:, 7:])[:, LEG_COLUMNS]
+    return qpos, np.where(plan.contacts, missed, 0.0), np.where(plan.contacts[..., None], excess, 0.0)
 
 
 Choice = tuple[str, Piece | None, float]
 
 
-def _choose(actions: list[Planned], lead: str, style: str, rng: np.random.Generator) -> list[Choice]:
+def _choose(actions: list[Planned], lead: str, rng: np.random.Generator) -> list[Choice]:
     """(variant, piece, amplitude) of every action; a limb comes back as it went out."""
     out: list[Choice] = []
     under_way: dict[str, Choice] = {}
@@ -153,13 +198,7 @@ def _choose(actions: list[Planned], lead: str, style: str, rng: np.random.Genera
             choice = under_way[side]
         else:
             hand = kind.rpartition("_")[2] if "_to_" in kind else side
-            if kind.endswith("_up"):
-                shares = np.array(pieces.KICK_SHARES[style]) * (1, 1, 1, 1, 0.0 if "jump" in kind else 1)
-                name = str(rng.choice(pieces.KICKS[side], p=shares / shares.sum()))
-            else:
-                where = "lead" if hand == lead else "rear"
-                name = str(rng.choice(pieces.PUNCHES[hand, where], p=pieces.PUNCH_SHARES[where]))
-            choice = (name, pieces.piece(name), amplitude)
+            choice = (action.variant, pieces.piece(action.variant), amplitude)
             under_way[hand] = choice
         out.append(choice)
     return out
@@ -216,8 +255,9 @@ def _postures(
             posture = pieces.back_and_out(found, found, shares, amplitude, amplitude)
         elif kind.endswith("_up"):
             lift = next(step.lift for step in reversed(action.steps) if step.foot == side)
-            lift = 0.5 if "jump" in kind and lift <= 0 else lift
-            posture = pieces.way_out(found, shares, amplitude, min(lift, 0.6))
+            # out of a jump the body turns into the kick when it has left the floor
+            lift = 0.68 if "jump" in kind else min(lift, 0.6)
+            posture = pieces.way_out(found, shares, amplitude, lift)
         elif kind.endswith("_down"):
             land = next((step.land for step in action.steps if step.foot == side), 0.6)
             posture = pieces.way_back(found, shares, amplitude, min(max(land, 0.4), 0.9))
@@ -295,11 +335,12 @@ def _minima(actions: list[Planned], cuts: NDArray[np.int64]) -> FloatArray:
     limit = np.minimum(np.append(most, np.inf), np.append(np.inf, most))
     wanted = GRAVITY * np.array([0.3, *(action.strength for action in actions)])
     minima = -np.minimum(wanted, limit)
+    crouch = np.minimum(CROUCHING * GRAVITY, 2 * np.pi**2 * CROUCH_M / length**2)
     for number, action in enumerate(actions):
         if action.kind.endswith("jump_up"):
-            minima[number] = -CROUCHING * GRAVITY
+            minima[number] = -crouch[number]
         if action.kind.endswith("jump_down"):
-            minima[number + 1] = -CROUCHING * GRAVITY
+            minima[number + 1] = -crouch[number]
     return np.asarray(minima)
 
 

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import FEET, HINGES, SIDES
+from simprep.humanoid import BODIES, FEET, HINGES, SIDES
 from simprep.library.curves import minimum_jerk
 from simprep.library.registry import library_motion
 from simprep.motion.kinematics import forward_kinematics
@@ -26,6 +26,9 @@ AFTER_GUARD_S = 0.80
 """Boxing motions end this long after they are back in guard [s]."""
 THROUGH_FRAMES, LEAD_IN, LEAD_OUT = 3, 14, 10
 """From contact of a punch to its end; how long before lift-off and after touch-down a kick is used."""
+
+SURFACE_M = 0.21
+"""From a wrist or ankle to the knuckles or the ball of the foot, and from the target's surface to above its pelvis [m]."""
 
 PUNCHES = {
     ("left", "lead"): ("jab_left_head", "jab_left_body", "hook_left_head", "hook_left_body"),
@@ -57,6 +60,7 @@ class Piece:
         out: instants of the way out, as frames: begin, lift-off (kicks), furthest point.
         back: of the way back: furthest point, touch-down (kicks), end.
         rise_m: centre of mass at the furthest point above that in guard [m].
+        reach_m: from the pelvis to the striking wrist or ankle at the furthest point, on the floor [m]; 0 without one.
     """
 
     name: str
@@ -64,6 +68,7 @@ class Piece:
     out: tuple[float, ...]
     back: tuple[float, ...]
     rise_m: float
+    reach_m: float = 0.0
 
     def at(self, frames: FloatArray, amplitude: float = 1.0) -> FloatArray:
         """Postures (N, CHANNELS) at frames, the way from guard scaled."""
@@ -96,17 +101,28 @@ def piece(name: str) -> Piece:
     out: tuple[int, ...]
     back: tuple[int, ...]
     peak = motion.events.get("impact", motion.events.get("peak", begin))
+    limb: int | None = None
     if "kick" in name or "roundhouse" in name:
         side = SIDES.index("left" if "left" in name else "right")
-        reach = kinematics.xpos[:, FEET[side], 0] - kinematics.xpos[:, 0, 0]
-        furthest = peak + int(np.argmax(reach[peak : peak + 9]))
+        limb = FEET[side]
+        ahead = kinematics.xpos[:, limb, 0] - kinematics.xpos[:, 0, 0]
+        furthest = peak + int(np.argmax(ahead[peak : peak + 9]))
         down = np.flatnonzero(motion.contacts[:, side])
         lift, land = int(down[down < peak].max()) + 1, int(down[down > peak].min())
         out, back = (lift - LEAD_IN, lift, furthest), (furthest, land, min(land + LEAD_OUT, len(motion) - 1))
     else:
         furthest = peak + (THROUGH_FRAMES if "impact" in motion.events and "block" not in name else 0)
         out, back = (begin, furthest), (furthest, len(motion) - 1 - round(AFTER_GUARD_S * motion.fps))
-    return Piece(name, channels, out, back, float(kinematics.com[furthest, 2] - kinematics.com[out[0], 2]))
+        if "impact" in motion.events and "block" not in name:
+            limb = BODIES.index("left_hand" if "left" in name else "right_hand")
+    rise = float(kinematics.com[furthest, 2] - kinematics.com[out[0], 2])
+    stretch = np.zeros(3) if limb is None else kinematics.xpos[furthest, limb] - kinematics.xpos[furthest, 0]
+    return Piece(name, channels, out, back, rise, float(np.hypot(*stretch[:2])))
+
+
+def striking_distance(name: str) -> float:
+    """Distance of the roots at which the fist or foot of a punch or kick touches a head or trunk [m]."""
+    return piece(name).reach_m + SURFACE_M
 
 
 @lru_cache(maxsize=2)

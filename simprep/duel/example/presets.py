@@ -34,8 +34,6 @@ class ExampleSettings:
         tempers: of A and B.
         changes_foot: probability that an action ends on another foot than it began, by the end of its kind's name.
         distance_m: of the roots while nobody attacks [m].
-        punch_m: of the roots that punches aim at [m].
-        kick_m: of the roots that kicks aim at [m].
         reaction_s: from the beginning of the opponent's punch, and kick, until a waiting fighter acts: mean and standard
             deviation [s].
         joint_noise_deg: standard deviation of the measurement noise of every hinge and of the root's rotation [deg].
@@ -53,13 +51,11 @@ class ExampleSettings:
     tempers: tuple[Temper, Temper]
     changes_foot: Mapping[str, float] = field(
         default_factory=lambda: {
-            "neutral": 0.42, "fwd": 0.65, "bwd": 0.35, "bwdfwd": 0.35, "fwdbwd": 0.5, "_to_left": 0.35, "_to_right": 0.35,
+            "neutral": 0.42, "fwd": 0.75, "bwd": 0.35, "bwdfwd": 0.35, "fwdbwd": 0.65, "_to_left": 0.55, "_to_right": 0.55,
             "_down": 0.3, "jump_down": 0.25,
         }
     )  # fmt: skip
-    distance_m: float = 1.25
-    punch_m: float = 0.84
-    kick_m: float = 1.13
+    distance_m: float = 1.15
     reaction_s: tuple[tuple[float, float], tuple[float, float]] = ((0.25, 0.03), (0.39, 0.05))
     joint_noise_deg: float = 0.3
     root_noise_m: float = 0.001
@@ -123,9 +119,7 @@ _TAEKWONDO_B = Temper(
 PRESETS: Mapping[str, ExampleSettings] = MappingProxyType(
     {
         "kickboxing": ExampleSettings("kickboxing", 60.0, 12, 80.0, (_KICKBOXER, _OUTFIGHTER)),
-        "taekwondo": ExampleSettings(
-            "taekwondo", 30.0, 7, 84.0, (_TAEKWONDO_A, _TAEKWONDO_B), distance_m=1.45, kick_m=1.15
-        ),
+        "taekwondo": ExampleSettings("taekwondo", 30.0, 7, 84.0, (_TAEKWONDO_A, _TAEKWONDO_B), distance_m=1.22),
     }
 )
 """Kickboxing: 16 min at 60 frames/s; taekwondo: 9.8 min at 30."""

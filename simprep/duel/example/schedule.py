@@ -11,9 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.duel.example.kinds import KIND_OF, SIDES, attacks, context_of, label_of
+from simprep.duel.example.pieces import KICK_SHARES, KICKS, PUNCH_SHARES, PUNCHES, striking_distance
 from simprep.duel.example.policy import GeneratingPolicy
 from simprep.duel.example.presets import ExampleSettings, duration_range
 from simprep.duel.labels import LEARNED_ASPECTS, Label
+from simprep.library.curves import minimum_jerk
 
 FloatArray = NDArray[np.float64]
 FPS = 60.0
@@ -26,9 +28,16 @@ OFFSETS = {"left": np.array([[0.20, 0.11], [-0.20, -0.13]]), "right": np.array([
 TOES_OUT = {"left": np.radians([8.0, 32.0]), "right": np.radians([32.0, 8.0])}
 SKIP_M = 0.12
 """A kick that would miss by more begins with a step of the standing foot [m]."""
-STANCE_M = np.array([[0.24, 0.16], [0.52, 0.34]])
-"""Shortest and longest distance of the feet along and across where one of them steps [m]."""
-FORWARD_M, BACKWARD_M, ONE_FOOT_M = 0.50, 0.40, 0.20
+STANCE_M = np.array([[0.24, 0.16], [0.56, 0.34]])
+STRIDE_M = np.array([[-0.10, 0.14], [0.66, 0.40]])
+"""Shortest and longest distance of the feet, along and across, where a step leads; the same between two steps [m]."""
+PUNCH_LEAN_M, KICK_LEAN_M = -0.18, 0.10
+"""How much nearer the roots are than the middles of the stances when a punch, and the standing foot when a kick, is out [m]."""
+NEAREST_M = 0.62, 0.85
+"""Nobody steps nearer than this in an attack, and otherwise, middle of the stance to middle of the stance [m]."""
+MISS_M = 0.08
+"""Punches that would fall short by more than this are seldom chosen where a longer one would land [m]."""
+FORWARD_M, BACKWARD_M, ONE_FOOT_M = 0.50, 0.40, 0.28
 """Longest step with both feet, and shift of the stance where one foot alone moves [m]."""
 
 
@@ -70,6 +79,7 @@ class Planned:
         flight: how long the body flies around the end [s].
         strength: how deep the force minimum at the end is, in body weights.
         skips: before a kick the standing foot steps too, while the kicking one bears the weight for a moment.
+        variant: of a punch or kick on its way: the built-in motion it is made from.
     """
 
     player: int
@@ -86,6 +96,7 @@ class Planned:
     flight: float = 0.0
     strength: float = 0.35
     skips: bool = False
+    variant: str = ""
 
     @property
     def code(self) -> int:
@@ -187,8 +198,13 @@ def _begin(
     react = context if context in ("kick", "punch") else "others"
     low, high = duration_range(kind)
     seconds = float(rng.triangular(low, 0.5 * (low + high), high))
+    variant = _variant(settings, own, other, kind, first != last, frame + round(seconds * FPS), rng)
     kicks = kind.endswith("_up") and "jump" not in kind
-    skips = kicks and _support(kind) == first and abs(_kick_gap(settings, own, other, kind)) > SKIP_M
+    skips = (
+        kicks
+        and _support(kind) == first
+        and abs(_kick_gap(own, other, kind, variant, frame + round(seconds * FPS))) > SKIP_M
+    )
     if kicks and (skips or _support(kind) != first):
         seconds += 0.22 if skips else 0.14  # the standing foot steps first
     end = frame + GRID * round(seconds * FPS / GRID)
@@ -198,7 +214,7 @@ def _begin(
     action = Planned(
         own.player, frame, end, kind, first, last, react,
         -1 if seen is None or react == "others" else seen, _role(kind, react, other, frame, rng),
-        strength=float(rng.uniform(0.26, 0.46)), skips=skips,
+        strength=float(rng.uniform(0.26, 0.46)), skips=skips, variant=variant,
     )  # fmt: skip
     if kind.endswith("jump_up"):
         action.flight = float(rng.uniform(0.26, 0.36))
@@ -209,16 +225,45 @@ def _begin(
     _place(settings, own, other, action, rng)
 
 
-def _aim(other: Fighter) -> FloatArray:
-    """Where the opponent is expected: half way to where the present action leads."""
-    return np.asarray(0.5 * (other.centre + other.before))
+def _aim(other: Fighter, frame: int) -> FloatArray:
+    """Where the middle of the opponent's feet is expected in a frame, as far as its present action tells."""
+    if not other.done:
+        return other.centre
+    now = other.now
+    share = minimum_jerk(np.array((frame - now.start) / (now.end - now.start)))
+    return np.asarray(other.before + share * (other.centre - other.before))
 
 
-def _kick_gap(settings: ExampleSettings, own: Fighter, other: Fighter, kind: str) -> float:
+def _variant(
+    settings: ExampleSettings, own: Fighter, other: Fighter, kind: str, both: bool, frame: int, rng: np.random.Generator
+) -> str:
+    """Which punch or kick an attack is made from: one that reaches the opponent, by a step where need be."""
+    side = kind.partition("_")[0]
+    names: tuple[str, ...]
+    if context_of(kind) not in ("kick", "punch") or kind.endswith("_downup"):
+        return own.now.variant if own.done else ""
+    if context_of(kind) == "kick":
+        shares = np.array(KICK_SHARES[settings.name])
+        names = KICKS[side]
+        if "jump" in kind:
+            shares[-1] = 0.0  # no low kick out of a jump
+    else:
+        hand = kind.rpartition("_")[2] if "_to_" in kind else side
+        where = "lead" if hand == own.lead else "rear"
+        names, shares = PUNCHES[hand, where], np.array(PUNCH_SHARES[where])
+        distance = float(np.hypot(*(_aim(other, frame) - own.centre)))
+        step = distance - PUNCH_LEAN_M - np.array([striking_distance(name) for name in names])
+        farthest = FORWARD_M if both else ONE_FOOT_M
+        short = np.maximum(step - farthest, 0) + np.maximum(-step - BACKWARD_M, 0)
+        shares = shares * np.exp(-0.5 * ((short - short.min()) / MISS_M) ** 2)
+    return str(rng.choice(names, p=shares / shares.sum()))
+
+
+def _kick_gap(own: Fighter, other: Fighter, kind: str, variant: str, frame: int) -> float:
     """How far the stance must move so that a kick reaches [m]."""
     support = 1 if kind.startswith("left") else 0
-    distance = float(np.hypot(*(_aim(other) - own.centre)))
-    return distance - settings.kick_m - float(OFFSETS[own.lead][support, 0])
+    distance = float(np.hypot(*(_aim(other, frame) - own.centre)))
+    return distance - striking_distance(variant) - KICK_LEAN_M - float(OFFSETS[own.lead][support, 0])
 
 
 def _support(kind: str) -> str:
@@ -241,7 +286,8 @@ def _role(kind: str, react: str, other: Fighter, frame: int, rng: np.random.Gene
 
 def _place(settings: ExampleSettings, own: Fighter, other: Fighter, action: Planned, rng: np.random.Generator) -> None:
     """Steps of the feet and where to face."""
-    aim = _aim(other)
+    struck = (action.start + action.end) // 2 if action.kind.endswith("fwdbwd") else action.end
+    aim = _aim(other, struck)
     gap = aim - own.centre
     distance = float(np.hypot(*gap))
     ahead = gap / max(distance, 1e-6)
@@ -255,9 +301,9 @@ def _place(settings: ExampleSettings, own: Fighter, other: Fighter, action: Plan
     elif kind in ("jump_up", "jump_down"):
         wanted = distance + 0.15 if action.react != "others" else wanted
     elif context == "punch":
-        wanted = settings.punch_m + 0.10 + rng.normal(0, 0.06)
+        wanted = striking_distance(action.variant) + PUNCH_LEAN_M + rng.normal(0, 0.04)
     elif context == "kick":
-        wanted = distance - _kick_gap(settings, own, other, kind) + rng.normal(0, 0.07)
+        wanted = distance - _kick_gap(own, other, kind, action.variant, struck) + rng.normal(0, 0.05)
     elif context == "recovering":
         wanted = max(distance, 0.5 * (distance + settings.distance_m)) + rng.normal(0, 0.05)
     free = _free_feet(action)
@@ -265,6 +311,9 @@ def _place(settings: ExampleSettings, own: Fighter, other: Fighter, action: Plan
     radial = float(np.clip(distance - wanted, -BACKWARD_M, FORWARD_M))
     if not both:
         radial = float(np.clip(radial, -ONE_FOOT_M, ONE_FOOT_M))
+    # wherever the opponent steps meanwhile
+    nearest = NEAREST_M[0 if attacks(kind) else 1]
+    radial = min(radial, float(np.hypot(*(other.centre - own.centre))) - nearest)
     sideways = rng.normal(0, 0.10 if kind == "neutral" else 0.04) * (1.0 if both else 0.5)
     own.before = own.centre
     centre = own.centre + radial * ahead + sideways * across
@@ -278,17 +327,21 @@ def _place(settings: ExampleSettings, own: Fighter, other: Fighter, action: Plan
         if action.skips and number == 0:  # put down where it was; it moves with the kick
             action.steps.append(Step(foot, lift, land, own.feet[foot].copy(), float(toes[foot])))
             continue
-        own.feet[foot] = (
-            _reachable(places[foot], own.feet[1 - foot], foot, own.lead, heading) if not both else places[foot]
-        )
+        place = places[foot]
+        if not kind.startswith("jump") and "_jump_" not in kind:
+            limits = STANCE_M if number or not both else STRIDE_M
+            place = _reachable(place, own.feet[1 - foot], foot, own.lead, heading, limits)
+        own.feet[foot] = place
         action.steps.append(Step(foot, lift, land, own.feet[foot].copy(), float(toes[foot])))
 
 
-def _reachable(place: FloatArray, other: FloatArray, foot: int, lead: str, heading: float) -> FloatArray:
-    """A foothold near a wanted one from which the stance is neither too long nor crossed."""
+def _reachable(
+    place: FloatArray, other: FloatArray, foot: int, lead: str, heading: float, limits: FloatArray
+) -> FloatArray:
+    """A foothold near a wanted one from which the stance is neither too long nor crossed, within limits (2, 2) [m]."""
     sign = np.array([1.0 if SIDES[foot] == lead else -1.0, 1.0 if foot == 0 else -1.0])
     apart = turned(place - other, -heading) * sign
-    return np.asarray(other + turned(np.clip(apart, *STANCE_M) * sign, heading))
+    return np.asarray(other + turned(np.clip(apart, *limits) * sign, heading))
 
 
 def _free_feet(action: Planned) -> set[int]:
@@ -329,13 +382,21 @@ def _times(action: Planned, rng: np.random.Generator | None) -> list[tuple[int, 
             return [(kicking, -1.0, 0.62 + jitter(0.04))]
         return [(kicking, -1.0, 0.52), (1 - kicking, 0.62, 0.92)]
     if first != last:
+        # a punch is carried by the step: the body has come along when the fist is out
+        spans = ((0.04, 0.32), (0.44, 0.74)) if _strikes(kind) else ((0.08, 0.40), (0.56, 0.90))
+        (lift, land), (next_lift, next_land) = spans
         return [
-            (1 - foot[first], 0.08 + jitter(0.03), 0.40 + jitter(0.04)),
-            (1 - foot[last], 0.56 + jitter(0.04), 0.90),
+            (1 - foot[first], lift + jitter(0.03), land + jitter(0.04)),
+            (1 - foot[last], next_lift + jitter(0.04), next_land),
         ]
     if action.role in ("guard", "block", "dodge", "feint") or kind.endswith("bwdfwd"):
         return []
-    return [(1 - foot[first], 0.26 + jitter(0.08), 0.68 + jitter(0.08))]
+    lift, land = (0.12, 0.50) if _strikes(kind) else (0.26, 0.68)
+    return [(1 - foot[first], lift + jitter(0.08), land + jitter(0.08))]
+
+
+def _strikes(kind: str) -> bool:
+    return context_of(kind) == "punch"
 
 
 def _delay(
