@@ -9,7 +9,7 @@ was. Writes OUT/fight_physics.json and OUT/fight_physics.md. Computing times mea
 import argparse
 import json
 import sys
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any
 
@@ -17,12 +17,11 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
-from simprep.duel.choice import ModelChooser
 from simprep.duel.default_model import fight_model
 from simprep.duel.example_motions import ExampleMotions
 from simprep.duel.fight import Fight
+from simprep.duel.modes import begin_fight
 from simprep.duel.posture import optimise_fight_posture
-from simprep.duel.synthesis import synthesise
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
 from simprep.metrics.evaluate import evaluate_run
@@ -47,6 +46,7 @@ SHOWN = {
     "attacks_blocked": "attacks blocked",
     "contacts_unintended": "unintended contacts",
     "largest_impulse_ns": "largest impulse N s",
+    "largest_peak_force_n": "largest contact force N",
     "torque_rms_nm": "torque RMS N m",
     "com_cos_mm": "COM to support centre mm",
     "end_s": "simulated s",
@@ -60,11 +60,12 @@ def bouts(count: int, seconds: float, model: Path | None) -> list[Fight]:
     """Automatic bouts, one for each seed."""
     whole = fight_model(model)
     examples = ExampleMotions.of(whole.stream, whole.model)
-    a, b = (ModelChooser(player) for player in whole.model.players)
-    return [
-        synthesise(examples, (a, b), seconds, np.random.default_rng(seed), seed=seed, mode="automatic")
-        for seed in range(count)
-    ]
+    out = []
+    for seed in range(count):
+        made = begin_fight(whole, "automatic", seed, examples=examples)
+        made.run(seconds)
+        out.append(made.fight(seconds))
+    return out
 
 
 def numbers(run: PairRun) -> dict[str, Any]:
@@ -95,7 +96,7 @@ def case(fight: Fight, arm: str, seed: int, folder: Path, settings: PairSettings
         fight, changes = optimise_fight_posture(fight)
         posture = [asdict(one) for one in changes]
     run = track_pair(fight.stream.players, "mpc", seed, settings, tick)
-    run = PairRun(run.runs, judge(run.contacts, fight), run.penetration, run.reference_penetration)
+    run = replace(run, contacts=judge(run.contacts, fight))
     save_pair_run(run, folder / f"{arm}_{seed:02d}.npz")
     content = {"arm": arm, "seed": seed, "posture": posture, **numbers(run)}
     write_json(path, content)

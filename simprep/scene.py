@@ -86,6 +86,9 @@ def scene_spec(settings: SceneSettings | None = None) -> Any:
         spec = humanoid_spec(settings.bodies[0])
         only = mujoco.MjSpec()
         only.option = spec.option
+        # MuJoCo 4.0.0's Newton solver with sparse Jacobians, its choice for so many velocities, fails to converge in some
+        # steps with several contacts between the fighters: tens of kN out of nothing. Dense ones cost the same here.
+        only.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
         only.visual.headlight.ambient = spec.visual.headlight.ambient
         only.visual.headlight.diffuse = spec.visual.headlight.diffuse
         only.visual.map.znear = spec.visual.map.znear

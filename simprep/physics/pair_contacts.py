@@ -46,6 +46,11 @@ class ContactReader:
     Args:
         model: mujoco.MjModel of a scene with two fighters.
         steps: steps at most.
+
+    Attributes:
+        touches: in order of time.
+        penetration: (steps,) deepest overlap between the fighters [m].
+        unconverged: steps in which the contact solver ran out of iterations.
     """
 
     def __init__(self, model: Any, steps: int) -> None:
@@ -56,9 +61,11 @@ class ContactReader:
         self._buffer = np.zeros(6)
         self.touches: list[Touch] = []
         self.penetration = np.zeros(steps)
+        self.unconverged = 0
 
     def step(self, step: int, data: Any) -> None:
         """Read a step (see `simprep.physics.loop.Observer`)."""
+        self.unconverged += bool(data.solver_niter.max() >= self._model.opt.iterations)
         if not data.ncon:
             return
         found = np.flatnonzero(between_fighters(data.contact.geom, self._owner))

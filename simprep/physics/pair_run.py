@@ -67,12 +67,14 @@ class PairRun:
         contacts: between the fighters, by time.
         penetration: (N,) deepest overlap between the fighters at each step [m], 0 or more.
         reference_penetration: (N,) the same of the two references.
+        unconverged_steps: steps in which the contact solver ran out of iterations; their forces are not to be trusted.
     """
 
     runs: tuple[Run, Run]
     contacts: tuple[FighterContact, ...]
     penetration: NDArray[np.float64]
     reference_penetration: NDArray[np.float64]
+    unconverged_steps: int = 0
 
     @property
     def end(self) -> str:
@@ -112,6 +114,7 @@ class PairRun:
             "penetration_kinematic_max_mm": 1e3 * float(before.max(initial=0.0)),
             "penetration_simulated_mean_mm": 1e3 * _mean(after),
             "penetration_simulated_max_mm": 1e3 * float(after.max(initial=0.0)),
+            "unconverged_steps": self.unconverged_steps,
             "contacts": len(self.contacts),
             **{f"contacts_{verdict}": count for verdict, count in counts.items()},
             "attacks_landed": len(landed),

@@ -31,6 +31,7 @@ def save_pair_run(run: PairRun, path: str | Path) -> Path:
     header: dict[str, Any] = {
         "schema": SCHEMA,
         "contacts": [asdict(contact) for contact in run.contacts],
+        "unconverged_steps": run.unconverged_steps,
         "runs": [run_header(one) for one in run.runs],
     }
     arrays: dict[str, Any] = {"penetration": run.penetration, "reference_penetration": run.reference_penetration}
@@ -56,7 +57,13 @@ def read_pair_run(path: str | Path) -> PairRun:
             FighterContact(**{**one, "impulse": tuple(one["impulse"]), "position": tuple(one["position"])})
             for one in header["contacts"]
         )
-        return PairRun((runs[0], runs[1]), contacts, archive["penetration"], archive["reference_penetration"])
+        return PairRun(
+            (runs[0], runs[1]),
+            contacts,
+            archive["penetration"],
+            archive["reference_penetration"],
+            header["unconverged_steps"],
+        )
 
 
 def _run(player: str, header: dict[str, Any], archive: Any) -> Run:

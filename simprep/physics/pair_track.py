@@ -95,4 +95,5 @@ def track_pair(
         contacts=merge_touches(reader.touches, scene.timestep),
         penetration=reader.penetration[:taken],
         reference_penetration=fighter_penetration(references[0].qpos[:taken], references[1].qpos[:taken], bodies),
+        unconverged_steps=reader.unconverged,
     )

@@ -56,6 +56,7 @@ def test_recorded_impulses_are_the_momentum_that_fighters_exchange(speed: float)
     reader = ContactReader(model, steps)
     simulated = simulate(model, references, PdController(references, model), FallRule(100, 100), observer=reader)
     assert simulated.end == "done"
+    assert reader.unconverged == 0
     contacts = merge_touches(reader.touches, dt)
     recorded = np.sum([one.impulse for one in contacts], axis=0)
     change = []
