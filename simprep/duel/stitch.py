@@ -14,9 +14,10 @@ from scipy.spatial.transform import Rotation
 from simprep.errors import SettingError
 from simprep.humanoid import DEFAULT_BODY, FEET, SIDES, Body, hinge_index, humanoid_model
 from simprep.library.curves import minimum_jerk
+from simprep.motion.contacts import stances
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.rotations import rotation_matrix
-from simprep.preparation.planting import plant_feet
+from simprep.preparation.planting import Standing, plant_feet
 from simprep.preparation.settings import PreparationSettings
 
 FloatArray = NDArray[np.float64]
@@ -58,10 +59,16 @@ class StitchSettings:
 
 DEFAULT_STITCH = StitchSettings()
 _PLANTING = PreparationSettings()
-PIVOTING, HEEL_UP, HEEL_S = 1.5, 0.12, 0.04
+PIVOTING, HEEL_UP, HEEL_S = 0.7, 0.12, 0.04
 """A standing foot that turns this fast [rad/s] raises its heel by this angle [rad]; how smoothly [s]."""
 DEEP_M, SINK_S = 0.005, 0.1
 """Feet deeper in the floor than this raise the pelvis [m], within this time [s]."""
+DEEPEST_M = 0.15
+"""The pelvis sinks no farther than this for legs to reach [m]."""
+LOST_M, STEP_S = 0.03, 0.08
+"""A foot that is missed by more than this does not stand [m], nor from this long before to this long after [s]."""
+LOOSE = 0.25
+"""Half of the difference in heading is left to a standing foot where it is this large [rad]."""
 _DORSIFLEXION = [7 + hinge_index(f"{side}_ankle_dorsiflexion") for side in SIDES]
 
 
@@ -221,13 +228,43 @@ def stitch(
     low, high = humanoid_model(body).jnt_range[1:].T
     qpos = inertialise(seam.poses, target, before, settings.window_s * fps)
     qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
-    natural = forward_kinematics(qpos, body)
-    axes = rotation_matrix(natural.xquat[:, FEET])[..., :2, 0]
-    headings = np.arctan2(axes[..., 1], axes[..., 0])
-    planned = plan_steps(planned, natural.xpos[:, FEET, :2], headings, length, fps, settings)
-    made = plant(qpos, planned, turning, fps, body, settings.ease_s)
+    natural, heading = _feet(qpos, body)
+    planned = plan_steps(planned, natural, heading, length, fps, settings)
+    # a foot lands where the example has it, whatever is left of the difference
+    wanted, facing = _feet(target, body)
+    landing = np.zeros((len(qpos), 2, 4))
+    landing[..., :2] = wanted - natural
+    landing[..., 3] = np.remainder(facing - heading + np.pi, 2 * np.pi) - np.pi
+    made = plant(qpos, planned, follow(turning, heading, planned), fps, body, settings.ease_s, landing)
     made.qpos[0] = seam.poses[1]
     return made
+
+
+def _feet(qpos: FloatArray, body: Body) -> tuple[FloatArray, FloatArray]:
+    """Ankles on the floor (F, 2, 2) [m] and headings (F, 2) [rad] of the feet."""
+    found = forward_kinematics(qpos, body)
+    axes = rotation_matrix(found.xquat[:, FEET])[..., :2, 0]
+    return found.xpos[:, FEET, :2], np.arctan2(axes[..., 1], axes[..., 0])
+
+
+def follow(turning: FloatArray, heading: FloatArray, contacts: BoolArray) -> FloatArray:
+    """Headings by whose changes feet pivot, so that standing feet follow where the body has them.
+
+    Small differences are left, large ones reduced to about `LOOSE`: hips turn no further than that.
+
+    Args:
+        turning: (F, 2) headings of the example's feet [rad].
+        heading: (F, 2) headings that the feet would have without standing [rad].
+        contacts: (F, 2) feet that stand.
+    """
+    out = turning.copy()
+    for side in range(2):
+        for first, after in stances(contacts[:, side]):
+            part = slice(first, after)
+            ahead = np.unwrap(heading[part, side]) - heading[first, side] - (turning[part, side] - turning[first, side])
+            out[part, side] += ahead * ahead**2 / (ahead**2 + LOOSE**2)
+            out[after:, side] += out[after - 1, side] - turning[after - 1, side]
+    return out
 
 
 def plant(
@@ -237,6 +274,7 @@ def plant(
     fps: float,
     body: Body = DEFAULT_BODY,
     ease_s: float = 0.0,
+    landing: FloatArray | None = None,
 ) -> Stitched:
     """A motion whose standing feet stay where they are in its first frame, or where they land.
 
@@ -247,26 +285,29 @@ def plant(
         fps: frames per second [1/s].
         body: the humanoid.
         ease_s: time within which the pelvis may begin to sink so that legs reach; 0 where the first frame is free [s].
+        landing: (F, 2, 4) corrections with which feet land (`preparation.planting.Standing`); None: where `qpos` has them.
     """
     qpos = qpos.copy()
     start = minimum_jerk(np.arange(len(qpos)) / (ease_s * fps)) if ease_s > 0 else np.ones(len(qpos))
     speed = np.abs(np.gradient(turning, 1 / fps, axis=0)) * contacts
     lift = gaussian_filter1d(np.minimum(speed / PIVOTING, 1.0), HEEL_S * fps, axis=0, mode="nearest")
     qpos[:, _DORSIFLEXION] -= HEEL_UP * lift * start[:, None]
-    made = _plant(qpos, contacts, turning, fps, body, ease_s)
+    standing = Standing(ease_s, DEEPEST_M, turning, landing, yielding=True)
+    made = _plant(qpos, contacts, fps, body, standing)
+    lost = contacts & (made.miss > LOST_M)
+    if lost[1:].any():  # out of reach: rather a step more than a foot that slides
+        wide = maximum_filter1d(lost.astype(np.uint8), 2 * round(STEP_S * fps) + 1, axis=0, mode="nearest") > 0
+        wide[0] = False
+        contacts = contacts & ~wide
+        made = _plant(qpos, contacts, fps, body, standing)
     depth = -made.kinematics.foot_points[..., 2].min(axis=(1, 2))
     if depth.max() > DEEP_M:  # no knee bends so far: the pelvis must not sink so low
-        wide = maximum_filter1d(np.maximum(depth, 0.0), 2 * round(SINK_S * fps) + 1, mode="nearest")
-        qpos[:, 2] += gaussian_filter1d(wide, 0.5 * SINK_S * fps, mode="nearest") * start
-        made = _plant(qpos, contacts, turning, fps, body, ease_s)
+        wider = maximum_filter1d(np.maximum(depth, 0.0), 2 * round(SINK_S * fps) + 1, mode="nearest")
+        qpos[:, 2] += gaussian_filter1d(wider, 0.5 * SINK_S * fps, mode="nearest") * start
+        made = _plant(qpos, contacts, fps, body, standing)
     return made
 
 
-def _plant(
-    qpos: FloatArray, contacts: BoolArray, turning: FloatArray, fps: float, body: Body, ease_s: float
-) -> Stitched:
-    made = plant_feet(
-        qpos, None, contacts, np.ones(len(qpos)), np.zeros(2), fps, body, _PLANTING,
-        ease_in=ease_s, turning=turning, yielding=True,
-    )  # fmt: skip
+def _plant(qpos: FloatArray, contacts: BoolArray, fps: float, body: Body, standing: Standing) -> Stitched:
+    made = plant_feet(qpos, None, contacts, np.ones(len(qpos)), np.zeros(2), fps, body, _PLANTING, standing=standing)
     return Stitched(made.qpos, contacts, made.kinematics, made.foot_error)

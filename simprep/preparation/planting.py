@@ -31,6 +31,29 @@ _PIVOT = np.array([{"heel": 1e-3, "toe": 1.0}.get(part, 0.03) for part in FOOT_G
 
 
 @dataclass(frozen=True)
+class Standing:
+    """How feet stand where motions are stitched again and again; the defaults change nothing.
+
+    Attributes:
+        ease_in: time within which the lowering of the pelvis sets in, where the first frame is given already [s].
+        deepest: farthest lowering of the pelvis [m].
+        turning: (T, 2) heading of each foot, of which a standing foot keeps every change, as in the pivot of a kick [rad];
+            None: what the source turns, in proportion to 1 - weight.
+        landing: (T, 2, 4) corrections, as `Planted.corrections`, with which a foot lands that lands in this frame; None: 0.
+        yielding: where a joint limit keeps a foot from its place, it turns instead.
+    """
+
+    ease_in: float = 0.0
+    deepest: float = np.inf
+    turning: Array | None = None
+    landing: Array | None = None
+    yielding: bool = False
+
+
+_AS_EVER = Standing()
+
+
+@dataclass(frozen=True)
 class Planted:
     """A motion whose supporting feet stand still.
 
@@ -59,9 +82,7 @@ def plant_feet(
     body: Body = DEFAULT_BODY,
     settings: PreparationSettings = DEFAULT_SETTINGS,
     start: Array | None = None,
-    ease_in: float = 0.0,
-    turning: Array | None = None,
-    yielding: bool = False,
+    standing: Standing = _AS_EVER,
 ) -> Planted:
     """Move the legs (and lower the pelvis where they cannot reach) so that supporting feet stay put.
 
@@ -75,10 +96,7 @@ def plant_feet(
         body: the humanoid.
         settings: times and clearances.
         start: (2, 4) corrections of the first frame, where a stance goes on from an earlier part of the motion.
-        ease_in: time within which the lowering of the pelvis sets in, where the first frame is given already [s].
-        turning: (T, 2) heading of each foot, of which a standing foot keeps every change, as in the pivot of a kick [rad];
-            None: what the source turns, in proportion to 1 - weight.
-        yielding: where a joint limit keeps a foot from its place, it turns instead.
+        standing: how feet stand in the middle of a longer motion.
     """
     before = forward_kinematics(qpos, body)
     rotation = rotation_matrix(before.xquat)
@@ -93,23 +111,24 @@ def plant_feet(
         track = _Track(leg, before.xpos[:, foot], rotation[:, foot])
         origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
         height = reference_height[..., side]
-        own = None if turning is None else turning[:, side]
-        value = _corrections(track, origin, contacts[:, side], weight, height, fps, settings, start[side], own)
+        value = _corrections(
+            track, origin, contacts[:, side], weight, height, fps, settings, start[side], standing, side
+        )
         corrections[:, side] = value
         shift, turn = value[:, :3], value[:, 3]
         goal[:, side] = track.ankle + shift
         goal_rotation[:, side] = axis_rotation("z", turn) @ track.rotation
         changed[:, side] = (np.abs(shift).max(axis=1) > _NOTHING) | (np.abs(turn) > _NOTHING)
-    drop = _pelvis_drop(before, rotation, goal, changed, fps, body, settings)
-    if ease_in > 0:
-        drop *= minimum_jerk(np.arange(len(qpos)) / (ease_in * fps))
+    drop = np.minimum(_pelvis_drop(before, rotation, goal, changed, fps, body, settings), standing.deepest)
+    if standing.ease_in > 0:
+        drop *= minimum_jerk(np.arange(len(qpos)) / (standing.ease_in * fps))
     changed |= (drop > _NOTHING)[:, None]
     out = qpos.copy()
     out[:, 2] -= drop
     pelvis = before.xpos[:, 0] - drop[:, None] * np.array([0.0, 0.0, 1.0])
     aim = goal.copy()
     missed = changed
-    for _ in range(2 * _PASSES if yielding else _PASSES):
+    for _ in range(2 * _PASSES if standing.yielding else _PASSES):
         for side, leg in enumerate(legs(body)):
             frames = np.flatnonzero(missed[:, side])
             shank = BODIES.index(f"{SIDES[side]}_shank")
@@ -123,7 +142,7 @@ def plant_feet(
             )
         after = forward_kinematics(out, body)
         missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, body)
-        if yielding:
+        if standing.yielding:
             missed |= changed & contacts & _yield(aim, goal, goal_rotation, after, body)
         if not missed.any():
             break
@@ -232,16 +251,19 @@ def _corrections(
     fps: float,
     settings: PreparationSettings,
     start: Array,
-    turning: Array | None,
+    standing: Standing,
+    side: int,
 ) -> Array:
     """Shift of the ankle and turn of the foot about the vertical, (T, 4); `start` are those of the first frame, in stance."""
     n = len(contact)
     value = np.zeros((n, 4))  # x, y, z, heading
+    turning = None if standing.turning is None else standing.turning[:, side]
+    landing = value if standing.landing is None else standing.landing[:, side]
     height = (1 - weight) * (origin.ankle[:, 2] + origin.sole) + weight * reference_height
     runs = stances(contact)
     for first, after in runs:
         part = slice(first, after)
-        begin = start if first == 0 else np.zeros(4)
+        begin = start if first == 0 else landing[first].copy()
         keep = 1 - (weight[part][1:] + weight[part][:-1]) / 2
         steps = keep * np.diff(origin.heading[part]) if turning is None else np.diff(turning[part])
         own = _from_zero(steps)
