@@ -60,12 +60,10 @@ def bouts(count: int, seconds: float, model: Path | None) -> list[Fight]:
     """Automatic bouts, one for each seed."""
     whole = fight_model(model)
     examples = ExampleMotions.of(whole.stream, whole.model)
-    out = []
-    for seed in range(count):
-        made = begin_fight(whole, "automatic", seed, examples=examples)
-        made.run(seconds)
-        out.append(made.fight(seconds))
-    return out
+    made = [begin_fight(whole, seed=seed, examples=examples) for seed in range(count)]
+    for one in made:
+        one.run(seconds)
+    return [one.fight(seconds) for one in made]
 
 
 def numbers(run: PairRun) -> dict[str, Any]:

@@ -78,7 +78,7 @@ class Chooser(Protocol):
 
 @dataclass(frozen=True)
 class ModelChooser:
-    """Draws by the learned transition model (Eq. 6 and 12): the automatic mode.
+    """Draws by the learned transition model to the letter of Eq. 6 and 12 (the automatic mode: `simprep.duel.drawing`).
 
     Attributes:
         model: of this player.
