@@ -5,7 +5,8 @@ Example: python scripts/bench.py --json
 Prints `import_fps` (a BVH file to a cleaned motion), `fk_fps` (forward kinematics), `preparation_fps` (blending,
 inverse kinematics and posture optimisation, one core), `runtime_fps` and `runtime_plain_fps` (the run-time controller, policy
 included, with and without posture optimisation, one core; 60 per character), `sim_steps_per_s_1` and `_2` (simulation steps of the standing
-humanoid on one and two threads), `mpc_s_per_s` (computing time per second of motion), `mpc_overhead_share` (share of it
+humanoid on one and two threads), `fight_fps` (two fighters' kinematic synthesis: choice, placement, stitching, inverse
+kinematics; frames of the fight per second of processor time of one core), `mpc_s_per_s` (computing time per second of motion), `mpc_overhead_share` (share of it
 spent outside MuJoCo) and `peak_rss_mb`.
 """
 
@@ -21,7 +22,7 @@ import tempfile
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 import mujoco
 import numpy as np
@@ -32,6 +33,9 @@ from simprep.behavior.runtime import RuntimeSettings
 from simprep.behavior.runtime_approach import approach
 from simprep.behavior.runtime_leg import Task
 from simprep.behavior.runtime_world import library_world
+from simprep.duel.default_model import default_fight_model
+from simprep.duel.example_motions import ExampleMotions
+from simprep.duel.modes import begin_fight
 from simprep.humanoid import standing_qpos
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
@@ -42,6 +46,7 @@ from simprep.scene import build_scene
 
 MPC_SECONDS = 3.0
 PREPARED_SECONDS = 6.0
+FIGHT_SECONDS = 60.0
 SIMULATIONS, SIMULATION_STEPS = 64, 240
 
 # name, parent, offset [cm] (y up, x left, z forward), swing amplitude [deg] about x
@@ -139,6 +144,20 @@ def runtime_rate(optimise: bool) -> float:
     return max(rate() for _ in range(3))
 
 
+def fight_rate() -> float:
+    """Frames per second of automatic fights of 60 s, on one core; the model and its examples are there already."""
+    model = default_fight_model()
+    examples = ExampleMotions.of(model.stream, model.model)
+    rates = []
+    for seed in range(3):
+        begin = process_time()
+        made = begin_fight(model, seed=seed, examples=examples)
+        made.run(FIGHT_SECONDS)
+        frames = len(made.fight(FIGHT_SECONDS).stream)
+        rates.append(frames / (process_time() - begin))
+    return max(rates)
+
+
 def measure(file: Path | None) -> dict[str, float]:
     """Every number of the benchmark."""
     walk, punch = library_motion("walk"), library_motion("punch_right")
@@ -151,6 +170,7 @@ def measure(file: Path | None) -> dict[str, float]:
         "preparation_fps": best_rate(lambda: float(len(prepare(walk, punch, alpha).motion))),
         "runtime_fps": runtime_rate(True),
         "runtime_plain_fps": runtime_rate(False),
+        "fight_fps": fight_rate(),
         "sim_steps_per_s_1": simulation_rate(1),
         "sim_steps_per_s_2": simulation_rate(2),
     }

@@ -258,12 +258,12 @@ def _corrections(
     n = len(contact)
     value = np.zeros((n, 4))  # x, y, z, heading
     turning = None if standing.turning is None else standing.turning[:, side]
-    landing = value if standing.landing is None else standing.landing[:, side]
+    landings = value if standing.landing is None else standing.landing[:, side]
     height = (1 - weight) * (origin.ankle[:, 2] + origin.sole) + weight * reference_height
     runs = stances(contact)
     for first, after in runs:
         part = slice(first, after)
-        begin = start if first == 0 else landing[first].copy()
+        begin = start if first == 0 else landings[first].copy()
         keep = 1 - (weight[part][1:] + weight[part][:-1]) / 2
         steps = keep * np.diff(origin.heading[part]) if turning is None else np.diff(turning[part])
         own = _from_zero(steps)
