@@ -7,6 +7,7 @@ was. Writes OUT/fight_physics.json and OUT/fight_physics.md. Computing times mea
 """
 
 import argparse
+import hashlib
 import json
 import sys
 from dataclasses import asdict, replace
@@ -26,6 +27,7 @@ from simprep.errors import SimprepError
 from simprep.files import atomic_path
 from simprep.metrics.evaluate import evaluate_run
 from simprep.metrics.interaction import falls_per_minute
+from simprep.metrics.interaction_run import run_metrics
 from simprep.physics.pair_hits import judge
 from simprep.physics.pair_run import PairRun
 from simprep.physics.pair_store import save_pair_run
@@ -38,13 +40,13 @@ SHOWN = {
     "mpjpe_mm": "MPJPE mm",
     "g_mpjpe_mm": "G-MPJPE mm",
     "foot_slip_ratio": "foot slip ratio",
-    "penetration_kinematic_mean_mm": "overlap before, mean mm",
-    "penetration_kinematic_max_mm": "overlap before, max mm",
-    "penetration_simulated_mean_mm": "overlap after, mean mm",
-    "penetration_simulated_max_mm": "overlap after, max mm",
-    "attacks_landed": "attacks landed",
-    "attacks_blocked": "attacks blocked",
-    "contacts_unintended": "unintended contacts",
+    "overlap_before_mean_mm": "overlap before, mean mm",
+    "overlap_before_max_mm": "overlap before, max mm",
+    "overlap_after_mean_mm": "overlap after, mean mm",
+    "overlap_after_max_mm": "overlap after, max mm",
+    "hits_intended": "attacks landed",
+    "hits_blocked": "attacks blocked",
+    "hits_unintended": "unintended contacts",
     "largest_impulse_ns": "largest impulse N s",
     "largest_peak_force_n": "largest contact force N",
     "torque_rms_nm": "torque RMS N m",
@@ -53,7 +55,8 @@ SHOWN = {
     "s_per_s": "s per s",
 }
 """What the table shows, and how it is called."""
-PER_FIGHTER = ("mpjpe_mm", "g_mpjpe_mm", "foot_slip_ratio", "torque_rms_nm", "com_cos_mm", "saturation_share")
+PER_FIGHTER = ("torque_rms_nm", "com_cos_mm", "saturation_share")
+HITS = ("intended", "blocked", "unintended")
 
 
 def bouts(count: int, seconds: float, model: Path | None) -> list[Fight]:
@@ -66,29 +69,50 @@ def bouts(count: int, seconds: float, model: Path | None) -> list[Fight]:
     return [one.fight(seconds) for one in made]
 
 
-def numbers(run: PairRun) -> dict[str, Any]:
-    """Metrics of a simulated bout: both fighters' means, and what concerns both."""
+def numbers(run: PairRun, fight: Fight) -> dict[str, Any]:
+    """Metrics of a simulated bout; None where one does not exist."""
+    found = run_metrics(run, fight)
+    simulated = found.simulated
     own = [evaluate_run(one) for one in run.runs]
     both = {}
     for key in PER_FIGHTER:
         values = [value for one in own if isinstance(value := one[key], float)]
         both[key] = float(np.mean(values)) if values else None
     return {
-        **run.summary(),
-        **both,
+        "end": found.end,
+        "end_s": found.end_s,
         "end_reason": run.runs[0].end_reason,
+        "fallen": run.fallen,
+        "mpjpe_mm": simulated and simulated.mpjpe_mm,
+        "g_mpjpe_mm": simulated and simulated.g_mpjpe_mm,
+        "foot_slip_ratio": found.foot_slip_ratio if simulated else None,
+        "overlap_before_mean_mm": found.penetration_before.mean_mm,
+        "overlap_before_max_mm": found.penetration_before.max_mm,
+        "overlap_after_mean_mm": simulated and simulated.penetration.mean_mm,
+        "overlap_after_max_mm": simulated and simulated.penetration.max_mm,
+        **{f"hits_{name}": simulated and getattr(simulated.hits, name) for name in HITS},
+        **both,
         "largest_impulse_ns": max((one.impulse_ns for one in run.contacts), default=0.0),
         "largest_peak_force_n": max((one.peak_force_n for one in run.contacts), default=0.0),
-        "rejected_samples": run.runs[0].settings.get("rejected_samples"),
-        "contact_list": [asdict(one) for one in run.contacts],
+        "unconverged_steps": run.unconverged_steps,
+        "rejected_samples": run.runs[0].settings["rejected_samples"],
+        "assist_n": found.assist_n,
+        "s_per_s": found.s_per_s,
+        "contacts": [asdict(one) for one in run.contacts],
     }
 
 
+def digest(fight: Fight, arm: str, settings: PairSettings) -> str:
+    """What a case depends on, so that a stale file is not taken for it."""
+    parts = [motion.qpos.tobytes() for motion in fight.stream.players]
+    return hashlib.sha256(b"".join([*parts, repr((arm, settings, fight.actions)).encode()])).hexdigest()[:16]
+
+
 def case(fight: Fight, arm: str, seed: int, folder: Path, settings: PairSettings, tick: Any) -> dict[str, Any]:
-    """One bout, from its file if that exists."""
-    path = folder / f"{arm}_{seed:02d}.json"
-    if path.exists():
-        return dict(json.loads(path.read_text(encoding="utf-8")))
+    """One bout, from its file if that is of this very case."""
+    path, key = folder / f"{arm}_{seed:02d}.json", digest(fight, arm, settings)
+    if path.exists() and (known := json.loads(path.read_text(encoding="utf-8"))).get("case") == key:
+        return dict(known)
     posture = None
     if arm == "optimised":
         fight, changes = optimise_fight_posture(fight)
@@ -96,7 +120,7 @@ def case(fight: Fight, arm: str, seed: int, folder: Path, settings: PairSettings
     run = track_pair(fight.stream.players, "mpc", seed, settings, tick)
     run = replace(run, contacts=judge(run.contacts, fight))
     save_pair_run(run, folder / f"{arm}_{seed:02d}.npz")
-    content = {"arm": arm, "seed": seed, "posture": posture, **numbers(run)}
+    content = {"case": key, "arm": arm, "seed": seed, "posture": posture, **numbers(run, fight)}
     write_json(path, content)
     return content
 
@@ -108,13 +132,15 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "ends": {end: sum(c["end"] == end for c in cases) for end in ("done", "fell", "diverged")},
     }
     out["falls_per_min"] = falls_per_minute([(c["end"], c["end_s"]) for c in cases])
-    seconds = np.array([c["end_s"] for c in cases])
+    measured = [c for c in cases if c["overlap_after_mean_mm"] is not None]
+    seconds = np.array([c["end_s"] for c in measured])
     means = {}
-    for when in ("kinematic", "simulated"):
-        per_bout = np.array([c[f"penetration_{when}_mean_mm"] for c in cases])
-        means[when] = float((per_bout * seconds).sum() / seconds.sum())
+    for when in ("before", "after"):
+        per_bout = np.array([c[f"overlap_{when}_mean_mm"] for c in measured])
+        means[when] = float((per_bout * seconds).sum() / seconds.sum()) if measured else 0.0
     out["overlap_mean_mm"] = means
-    out["overlap_cut_share"] = 1 - means["simulated"] / means["kinematic"] if means["kinematic"] > 0 else None
+    out["overlap_cut_share"] = 1 - means["after"] / means["before"] if means["before"] else None
+    out["unconverged_steps"] = sum(c["unconverged_steps"] for c in cases)
     out["assist_n"] = max(c["assist_n"] for c in cases)
     for key in SHOWN:
         values = [c[key] for c in cases if c[key] is not None]
@@ -156,11 +182,13 @@ def markdown(summaries: dict[str, Any], seconds: float) -> str:
     row(
         "overlap, mean over all frames mm: before, after, cut",
         [
-            f"{s['overlap_mean_mm']['kinematic']:.2f}, {s['overlap_mean_mm']['simulated']:.3f}, "
-            + ("-" if s["overlap_cut_share"] is None else f"{100 * s['overlap_cut_share']:.1f} %")
+            "-"
+            if s["overlap_cut_share"] is None
+            else f"{s['overlap_mean_mm']['before']:.2f}, {s['overlap_mean_mm']['after']:.3f}, {100 * s['overlap_cut_share']:.1f} %"
             for s in summaries.values()
         ],
     )
+    row("steps in which the contact solver did not converge", [str(s["unconverged_steps"]) for s in summaries.values()])
     row("largest assist N", [f"{s['assist_n']:g}" for s in summaries.values()])
     return "\n".join(lines) + "\n"
 
@@ -194,8 +222,8 @@ def main() -> int:
                     done[arm].append(result)
                     progress.console.print(
                         f"{arm} {seed}: {result['end']} {result['end_s']:.2f} s, MPJPE {result['mpjpe_mm'] or 0:.0f} mm, overlap "
-                        f"{result['penetration_kinematic_mean_mm']:.2f} to {result['penetration_simulated_mean_mm']:.3f} mm, "
-                        f"{result['attacks_landed']} landed, {result['s_per_s'] or 0:.1f} s per s"
+                        f"{result['overlap_before_mean_mm']:.2f} to {result['overlap_after_mean_mm'] or 0:.3f} mm, "
+                        f"{result['hits_intended']} landed, {result['s_per_s'] or 0:.1f} s per s"
                     )
     except SimprepError as error:
         print(error, file=sys.stderr)

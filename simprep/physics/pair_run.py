@@ -1,7 +1,6 @@
 """What a simulation of two fighters returns: a run of each, and every contact between them."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,39 +89,3 @@ class PairRun:
     def fallen(self) -> int | None:
         """Who fell, 0 or 1; None if nobody did."""
         return next((number for number, run in enumerate(self.runs) if run.fell_at_s is not None), None)
-
-    @property
-    def falls_per_minute(self) -> float:
-        """Falls per simulated minute; a run ends at its first fall."""
-        return 60 * (self.fallen is not None) / self.end_s if self.end_s > 0 else np.nan
-
-    def summary(self) -> dict[str, Any]:
-        """Falls, overlap and contacts in one flat dictionary, units in the keys.
-
-        An attack lands once, however often and with whatever it touches; it is blocked if it meets arms only.
-        """
-        before, after = self.reference_penetration, self.penetration
-        counts = {verdict: sum(one.verdict == verdict for one in self.contacts) for verdict in VERDICTS}
-        landed = {one.attack for one in self.contacts if one.verdict == HIT}
-        blocked = {one.attack for one in self.contacts if one.verdict == BLOCKED} - landed
-        return {
-            "end": self.end,
-            "end_s": self.end_s,
-            "fallen": self.fallen,
-            "falls_per_min": self.falls_per_minute,
-            "penetration_kinematic_mean_mm": 1e3 * _mean(before),
-            "penetration_kinematic_max_mm": 1e3 * float(before.max(initial=0.0)),
-            "penetration_simulated_mean_mm": 1e3 * _mean(after),
-            "penetration_simulated_max_mm": 1e3 * float(after.max(initial=0.0)),
-            "unconverged_steps": self.unconverged_steps,
-            "contacts": len(self.contacts),
-            **{f"contacts_{verdict}": count for verdict, count in counts.items()},
-            "attacks_landed": len(landed),
-            "attacks_blocked": len(blocked),
-            "assist_n": max(run.assist.force_n for run in self.runs),
-            "s_per_s": self.runs[0].wall_s / self.end_s if self.end_s > 0 else None,
-        }
-
-
-def _mean(values: NDArray[np.float64]) -> float:
-    return float(values.mean()) if len(values) else 0.0

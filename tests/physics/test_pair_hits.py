@@ -1,8 +1,5 @@
 """Which contacts an attack intended."""
 
-from types import SimpleNamespace
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -12,8 +9,7 @@ from simprep.duel.stream import DuelStream
 from simprep.humanoid import standing_qpos
 from simprep.motion.motion import Motion
 from simprep.physics.pair_hits import GRACE_S, judge
-from simprep.physics.pair_run import BLOCKED, HIT, NOBODY, UNINTENDED, FighterContact, PairRun
-from simprep.physics.run import DONE, Assist
+from simprep.physics.pair_run import BLOCKED, HIT, NOBODY, UNINTENDED, FighterContact
 
 FPS = 60.0
 
@@ -66,20 +62,3 @@ def test_verdicts(time: float, part_a: str, part_b: str, verdict: str, attacker:
     assert (judged.verdict, judged.attacker, judged.attack) == (verdict, attacker, attack)
     assert judged.intended == (verdict != UNINTENDED)
     assert judged.impulse_ns == 5.0
-
-
-def test_an_attack_lands_once() -> None:
-    contacts = [
-        contact(1.2, "left_hand", "right_forearm"),
-        contact(1.25, "left_hand", "head"),
-        contact(1.3, "left_forearm", "thorax"),
-        contact(0.4, "right_hand", "right_foot"),
-        contact(2.0, "pelvis", "pelvis"),
-    ]
-    ended: Any = SimpleNamespace(end=DONE, end_s=3.0, fell_at_s=None, wall_s=6.0, assist=Assist())
-    summary = PairRun((ended, ended), judge(contacts, fight()), np.zeros(3), np.array([0.0, 0.02, 0.04])).summary()
-    assert (summary["attacks_landed"], summary["attacks_blocked"]) == (1, 1)
-    assert [summary[f"contacts_{verdict}"] for verdict in (HIT, BLOCKED, UNINTENDED)] == [2, 2, 1]
-    assert summary["penetration_kinematic_mean_mm"] == pytest.approx(20.0)
-    assert summary["falls_per_min"] == 0.0
-    assert summary["s_per_s"] == 2.0

@@ -143,7 +143,7 @@ def test_a_planned_punch_is_bit_identical_and_obeys_newton(tmp_path: Path) -> No
         assert run.assist.force_n == run.assist.torque_nm == 0.0
     again = read_pair_run(save_pair_run(first, tmp_path / "run"))
     assert again.contacts == first.contacts
-    assert again.summary() == first.summary()
+    np.testing.assert_array_equal(again.penetration, first.penetration)
     np.testing.assert_array_equal(again.runs[1].torque, first.runs[1].torque)
     assert again.runs[1].reference.name == "stands"
 
@@ -163,7 +163,6 @@ def test_a_fall_of_one_is_reported_as_his() -> None:
     assert (run.end, run.fallen) == ("fell", 1)
     assert run.runs[0].fell_at_s is None
     assert run.runs[1].fell_at_s == run.end_s == run.runs[0].end_s
-    assert run.falls_per_minute == pytest.approx(60 / run.end_s)
 
 
 def test_impossible_pairs_are_refused(tmp_path: Path) -> None:
