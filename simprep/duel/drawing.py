@@ -7,7 +7,7 @@ and fights made with it stand still: labels whose examples lie close together wi
 - the label is drawn by P(l1' | l1, l2) P(n1, n2 | l1')^w: the next action's own parameters, not yet known, are integrated out,
   and the geometry counts with a weight w below 1, since it repeats much of what l1 and l2 already say (-2.8 nats at 0.2);
 - labels that contradict the rules by which `react` and `move` were given (section 3.2.2) are left out: an action reacts to what
-  the opponent is doing, and begins on the foot that the last one ended on (-2.2 nats);
+  the opponent is doing, and begins on the foot that the last one ended on (-2.3 nats; -2.2 with w = 0.1);
 - the example is drawn by P(n1, n2 | n1', l1')^w, as examples are samples of P(n1' | l1') already; the best one alone would lead to
   the middle of the label again and again.
 
