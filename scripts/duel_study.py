@@ -36,7 +36,7 @@ def one_stream(name: str, seed: int, splits: int) -> dict[str, Any]:
     made = time.process_time()
     curve = tuple(range(1, 9)) if seed == 1 else (3,)
     settings = AnalysisSettings(
-        evaluation=EvaluationSettings(splits=splits, components=curve, prior_counts=(PRIOR_COUNT,))
+        proposed=False, evaluation=EvaluationSettings(splits=splits, components=curve, prior_counts=(PRIOR_COUNT,))
     )
     found = analyse(example.stream, np.random.default_rng(seed), truth=example.truth, settings=settings)
     analysed = time.process_time()

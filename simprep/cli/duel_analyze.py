@@ -35,8 +35,8 @@ class DuelAnalyze:
     annotated: Annotated[float, tyro.conf.arg(metavar="SHARE", help_behavior_hint="")] = 0.1
     """Share of the actions annotated from the truth of an example stream (default 0.1)."""
 
-    proposed: bool = False
-    """Annotate from the truth what `simprep duel label` would propose, in ten rounds, instead of a random sample."""
+    proposed: bool = True
+    """Annotate from the truth what `simprep duel label` would propose, in ten rounds; or a random sample."""
 
     splits: Annotated[int, tyro.conf.arg(metavar="N", help_behavior_hint="")] = 5
     """Random divisions into training and held-out transitions (default 5)."""

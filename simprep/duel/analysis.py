@@ -1,7 +1,7 @@
 """From a stream to a model: segmentation, labels, structures, transition model and its evaluation, in one go.
 
-Where the truth of an example stream is known, a random tenth of the actions counts as annotated by a person, and every
-stage is compared with the truth.
+Where the truth of an example stream is known, a tenth of the actions counts as annotated by a person who follows the
+proposals, and every stage is compared with the truth.
 """
 
 import time
@@ -48,7 +48,7 @@ class AnalysisSettings:
     """
 
     annotated: float = 0.1
-    proposed: bool = False
+    proposed: bool = True
     evaluation: EvaluationSettings = field(default_factory=EvaluationSettings)
     training: TrainingSettings = field(default_factory=TrainingSettings)
 

@@ -1,7 +1,7 @@
 """Estimates of P(next own label | own label, opponent's label) from observed transitions.
 
 Source: the 2008 paper, section 4.2, Eq. 7 to 11, and appendix A.1: probabilities from counts with a Dirichlet(1) prior,
-P(x) = (N(x) + 1) / sum over y of (N(y) + 1). `LogLinear` is ours. Who is `own`: see `simprep.duel.label_model`.
+P(x) = (N(x) + 1) / sum over y of (N(y) + 1). `LogLinear` and `Ruled` are ours. Who is `own`: see `simprep.duel.label_model`.
 """
 
 from abc import ABC, abstractmethod
@@ -13,11 +13,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simprep.duel.label_model import LabelTriples, log_prob_from, row_of
+from simprep.duel.label_rules import may_follow
 from simprep.duel.labels import SHAPE, decode
 from simprep.errors import SettingError, UnknownNameError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
+AGAINST_RULES = 0.01
+"""What `Ruled` leaves to labels that contradict the rules: a misplaced cut or contact makes some."""
 
 
 @dataclass(frozen=True)
@@ -243,11 +246,44 @@ def fit_log_linear(
     return LogLinear(triples, labels[0], labels[1], *scores(found.x))
 
 
+@dataclass(frozen=True)
+class Ruled(LabelEstimate):
+    """Another estimate, kept to labels that agree with what `react` and `move` mean (`simprep.duel.label_rules`). Ours.
+
+    Attributes:
+        base: the estimate.
+    """
+
+    kind: ClassVar[str] = "rules"
+    base: LabelEstimate
+
+    def distribution(self, own: ArrayLike, opponent: ArrayLike) -> FloatArray:
+        """Probabilities (..., K) of the candidates; labels against the rules share 1 %, or all where nothing agrees."""
+        given = self.base.distribution(own, opponent)
+        kept = given * may_follow(own, opponent, self.candidates)
+        total = kept.sum(axis=-1, keepdims=True)
+        agreed = np.divide(kept, total, out=given.copy(), where=total > 0)
+        return np.asarray((1 - AGAINST_RULES) * agreed + AGAINST_RULES * given)
+
+
+def fit_ruled(triples: LabelTriples, candidates: IntArray, opponent_labels: IntArray) -> Ruled:
+    """Fit `Ruled` over `LogLinear`, which may be held harder since it need not learn the rules.
+
+    Args:
+        triples: observed transitions.
+        candidates: codes of the player's labels in the whole example stream.
+        opponent_labels: codes of the opponent's labels there.
+    """
+    base = fit_log_linear(triples, candidates, opponent_labels, aspect_penalty=3.0, label_penalty=100.0)
+    return Ruled(triples, base.candidates, base.opponent_labels, base)
+
+
 LABEL_MODELS: dict[str, Callable[[LabelTriples, IntArray, IntArray], LabelEstimate]] = {
     FirstOrderProduct.kind: FirstOrderProduct,
     Trigram.kind: Trigram,
     FullyFactored.kind: FullyFactored,
     LogLinear.kind: fit_log_linear,
+    Ruled.kind: fit_ruled,
 }
 """The estimates, the paper's by the number of their equation; the first is the default."""
 

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from simprep.archive import open_archive, write_archive
 from simprep.duel.action_features import PoseBasis
-from simprep.duel.label_estimates import LabelEstimate, LogLinear, fit_label_model
+from simprep.duel.label_estimates import LabelEstimate, LogLinear, Ruled, fit_label_model
 from simprep.duel.label_model import LabelTriples
 from simprep.duel.labels import QUALIFIERS
 from simprep.duel.semi_tied import ClassGaussians
@@ -50,8 +50,9 @@ def save_model(model: DuelModel, path: str | Path, stream_sha256: str = "") -> P
     parts |= {f"basis_{name}": getattr(model.basis, name) for name in _BASIS}
     for player in model.players:
         parts |= {f"triple_{name}_{player.player}": getattr(player.labels.triples, name) for name in _TRIPLES}
-        if isinstance(player.labels, LogLinear):
-            parts |= {f"{name}_{player.player}": getattr(player.labels, name) for name in _SCORES}
+        scores = player.labels.base if isinstance(player.labels, Ruled) else player.labels
+        if isinstance(scores, LogLinear):
+            parts |= {f"{name}_{player.player}": getattr(scores, name) for name in _SCORES}
         for kind, gaussians in (("gaussian", player.gaussians), ("goal", player.goal_gaussians)):
             if gaussians is not None:
                 parts |= {f"{kind}_{name}_{player.player}": getattr(gaussians, name) for name in _GAUSSIANS}
@@ -115,8 +116,10 @@ def _player(
     triples = LabelTriples(*(parts[f"triple_{name}_{player}"] for name in _TRIPLES))
     own, opponent = graph.graphs[player].labels, graph.graphs[1 - player].labels
     labels: LabelEstimate
-    if kind == LogLinear.kind:
+    if kind in (LogLinear.kind, Ruled.kind):
         labels = LogLinear(triples, own, opponent, *(parts[f"{name}_{player}"] for name in _SCORES))
+        if kind == Ruled.kind:
+            labels = Ruled(triples, own, opponent, labels)
     else:
         labels = fit_label_model(triples, own, opponent, kind)
     gaussians = ClassGaussians(*(parts[f"gaussian_{name}_{player}"] for name in _GAUSSIANS))

@@ -185,7 +185,7 @@ class TrainingSettings:
     """How to learn a model.
 
     Attributes:
-        label_model: estimate of P(l1' | l1, l2): eq9 (the paper's), eq7, eq8 or log_linear.
+        label_model: estimate of P(l1' | l1, l2): eq9 (the paper's), eq7, eq8, log_linear or rules.
         covariance: estimate of the Gaussians: `SemiTied` (the paper's), `FullCovariance` or `DiagonalCovariance`.
         pose_components: principal components of the local pose.
         goal_delay: time after an action begins at which a goal is reached [s].

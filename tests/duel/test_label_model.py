@@ -6,6 +6,7 @@ from synthetic_bout import LABELS, bout, policy
 
 from simprep.duel.label_estimates import LABEL_MODELS, fit_label_model, fit_log_linear
 from simprep.duel.label_model import LabelTriples, Tabulated, average_log_prob, total_variation
+from simprep.duel.label_rules import may_follow
 from simprep.duel.labels import CODES, QUALIFIERS, Label, decode
 from simprep.duel.transition_model import label_triples
 from simprep.errors import SettingError, UnknownNameError
@@ -142,3 +143,23 @@ def test_bad_models_are_refused():
         Tabulated(np.array([1, 2]), np.array([1]), np.ones((2, 1, 2)))
     with pytest.raises(SettingError, match="does not cover"):
         policy(np.random.default_rng(0)).distribution(LABELS[0], CODES - 1)
+
+
+def test_rules_say_on_which_foot_and_against_what_an_action_begins():
+    own = Label(left_punch="fwd", move="L-R").code
+    kicks = Label(right_kick="up", move="L-L").code
+    fits, wrong_foot, no_answer = (
+        Label(left_punch="bwd", react=react, move=move).code
+        for react, move in (("kick", "R-R"), ("kick", "L-R"), ("others", "R-R"))
+    )
+    order = np.array([fits, wrong_foot, no_answer])
+    assert may_follow(own, kicks, order).tolist() == [True, False, False]
+    assert may_follow([own], [own], order).tolist() == [[False, False, False]]  # the other one punches
+    known = triples((own, kicks, fits), (own, kicks, wrong_foot))
+    candidates = np.unique([own, fits, wrong_foot, no_answer])
+    ruled = fit_label_model(known, candidates, np.array([kicks, own]), "rules")
+    chances = dict(zip(ruled.candidates.tolist(), ruled.distribution(own, kicks), strict=True))
+    assert chances[fits] > 0.98
+    assert 0 < chances[wrong_foot] < 0.01
+    # where nothing agrees with the rules they are silent
+    np.testing.assert_allclose(ruled.distribution(own, own), ruled.base.distribution(own, own))
