@@ -4,6 +4,7 @@ Example: python scripts/duel_study.py --seeds 5 -o results/duel
 """
 
 import argparse
+import json
 import sys
 import time
 from pathlib import Path
@@ -113,6 +114,13 @@ def report(streams: list[dict[str, Any]], command: str) -> str:
     )
 
 
+def earlier(path: Path, splits: int) -> list[dict[str, Any]]:
+    """Streams of an interrupted run with as many splits; delete the file to begin anew."""
+    if not path.is_file():
+        return []
+    return [one for one in json.loads(path.read_text(encoding="utf-8"))["streams"] if one.get("splits") == splits]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=5, help="seeds 1 to this number; 0 was looked at while building")
@@ -120,10 +128,12 @@ def main() -> None:
     parser.add_argument("--presets", nargs="+", default=list(PRESETS), choices=list(PRESETS))
     parser.add_argument("-o", "--out", type=Path, default=Path("results/duel"))
     given = parser.parse_args()
-    streams = []
+    streams = earlier(given.out / "study.json", given.splits)
     for name in given.presets:
         for seed in range(1, given.seeds + 1):
-            streams.append(one_stream(name, seed, given.splits))
+            if any((one["preset"], one["seed"]) == (name, seed) for one in streams):
+                continue  # done in an earlier run
+            streams.append({**one_stream(name, seed, given.splits), "splits": given.splits})
             last = streams[-1]
             print(
                 f"{name} {seed}: cuts {last['cut_f1']:.3f}, macro F1 {last['label_macro_f1']}",
