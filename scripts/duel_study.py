@@ -89,6 +89,7 @@ def report(streams: list[dict[str, Any]], command: str) -> str:
         row("actions with both ends right", "matched_share"),
         *[row(f"{aspect}: accuracy", "label_accuracy", aspect) for aspect in ASPECTS],
         *[row(f"{aspect}: macro F1", "label_macro_f1", aspect) for aspect in ASPECTS],
+        *[row(f"{aspect}: accuracy, annotated as proposed", "proposed", "label_accuracy", aspect) for aspect in LEARNED_ASPECTS],
         *[row(f"{aspect}: macro F1, annotated as proposed", "proposed", "label_macro_f1", aspect) for aspect in LEARNED_ASPECTS],
         *[row(f"{rule}, on true cuts", "rules_on_true_cuts", rule) for rule in streams[0]["rules_on_true_cuts"]],
         *[row(f"next label, held out [nats]: {kind}", "label_logprob", kind) for kind in streams[0]["label_logprob"]],
