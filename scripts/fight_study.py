@@ -35,6 +35,7 @@ from simprep.duel.held_out import held_out_actions, learn_before, split_frame
 from simprep.duel.labels import ASPECTS, ATTACKING_QUALIFIERS, QUALIFIERS, Label, decode
 from simprep.duel.passive import ReactingChooser, RecordedChooser
 from simprep.duel.semi_tied import PRIOR_COUNT
+from simprep.duel.stream import DuelStream, facing_error
 from simprep.duel.structures import REQUESTS
 from simprep.duel.synthesis import Bout
 from simprep.files import atomic_path
@@ -142,6 +143,7 @@ def automatic(setup: Setup, bouts: int, seconds: float, tell: Callable[[str], No
         "seconds": seconds,
         "learned_part_js": js_distances(learned, held_out),
         "held_out_s": (len(setup.model.stream) - until) / model.fps,
+        "held_out_facing_deg": facing_of(setup.model.stream.part(until, len(setup.model.stream))),
         "variants": {},
     }
     for name, (choosers, alertness) in variants.items():
@@ -166,6 +168,11 @@ def automatic(setup: Setup, bouts: int, seconds: float, tell: Callable[[str], No
             "spread": {key: spread(values) for key, values in flat(one_by_one).items()},
         }
     return result
+
+
+def facing_of(stream: DuelStream) -> float:
+    """Median facing error [deg]."""
+    return float(np.degrees(np.median(np.abs(facing_error(stream)))))
 
 
 def stitched(fight: Fight) -> NDArray[np.bool_]:
@@ -360,8 +367,21 @@ def flat(dictionaries: list[dict[str, Any]], before: str = "") -> dict[str, list
 
 
 def report(study: dict[str, Any], command: str) -> str:
-    """Markdown of the study."""
-    auto = study["automatic"]
+    """Markdown of the parts that were run."""
+    parts = [f"# Fights against held-out examples\n\nSynthetic stream {study['stream']}; `{command}`."]
+    parts[0] += " Learned from the first two thirds; mean and range over bouts."
+    for part, write in (
+        ("automatic", report_automatic),
+        ("passive", report_passive),
+        ("interactive", report_interactive),
+    ):
+        if part in study:
+            parts.append(write(study[part]))
+    return "\n\n".join(parts) + "\n"
+
+
+def report_automatic(auto: dict[str, Any]) -> str:
+    """Automatic mode and baselines."""
     names = list(auto["variants"])
     rows = [
         (f"JS distance of {kind}", f"{auto['learned_part_js'][kind]:.3f}", *(f"{auto['variants'][n]['js'][kind]:.3f}" for n in names))
@@ -375,41 +395,47 @@ def report(study: dict[str, Any], command: str) -> str:
         "attacks answered within 0.5 s": "reactions.answered_share", "the same by chance": "reactions.chance_share",
         "penetration, mean [mm]": "penetration.mean_mm",
     }  # fmt: skip
+    own = auto["held_out_facing_deg"]
     for title, key in shown.items():
-        rows.append((title, "", *(cell(auto["variants"][n]["spread"][key]) for n in names)))
+        first = f"{own:.1f} (held out)" if key.startswith("facing") else ""
+        rows.append((title, first, *(cell(auto["variants"][n]["spread"][key]) for n in names)))
     for key in ("linear_median_ratio", "linear_p95_ratio", "hinge_median_ratio", "hinge_p95_ratio"):
-        rows.append(
-            (f"stitches to examples: {key}", "", *(f"{auto['variants'][n]['stitches'][key]:.2f}" for n in names))
-        )
+        values = (f"{auto['variants'][n]['stitches'][key]:.2f}" for n in names)
+        rows.append((f"stitches to examples: {key}", "", *values))
     rows.append(("frames per second of processor time", "", *(f"{auto['variants'][n]['fps']:.0f}" for n in names)))
-    passive_rows = [
+    about = (
+        f"## Automatic mode\n\n{auto['bouts']} bouts of {auto['seconds']:g} s each. JS distances: all bouts together, to the "
+        f"held-out {auto['held_out_s']:.0f} s; the learned part's own distance is in its column."
+    )
+    return f"{about}\n\n{markdown_table(('', 'learned part', *names), rows)}"
+
+
+def report_passive(found: dict[str, Any]) -> str:
+    """Passive mode and variants."""
+    rows = [
         (name, str(one["attacks"]), f"{one['answered_share']:.3f}", cell(one["answered_by_bout"]),
          f"{one['any_react_share']:.3f}", f"{one['within_half_a_second_share']:.3f}")
-        for name, one in study["passive"].items()
+        for name, one in found.items()
     ]  # fmt: skip
-    interactive_rows = [
+    head = ("", "attacks", "answered", "by bout", "with any react", "within 0.5 s")
+    about = "## Passive mode\n\nHeld-out attacks answered by actions that the truth counts as fitting."
+    return f"{about}\n\n{markdown_table(head, rows)}"
+
+
+def report_interactive(found: dict[str, Any]) -> str:
+    """Interactive mode and ways of steering."""
+    rows = [
         (name, str(one["answered"]), number(one.get("next_action_share")), number(one.get("within_one_action_share")),
          number(one.get("right_by_truth_share")), number(one.get("goal_error_m", {}).get("50")),
-         number(one.get("goal_error_m", {}).get("90")), number(one.get("way_to_goal_m", {}).get("50")), cell(one["slip_p95_mm"]))
-        for name, one in study["interactive"].items()
+         number(one.get("goal_error_m", {}).get("90")), number(one.get("way_to_goal_m", {}).get("50")),
+         cell(one["slip_p95_mm"]))
+        for name, one in found.items()
     ]  # fmt: skip
-    return "\n\n".join(
-        [
-            "# Fights against held-out examples",
-            f"Synthetic stream {study['stream']}; `{command}`. Learned from the first two thirds. {auto['bouts']} bouts of "
-            f"{auto['seconds']:g} s each; mean and range over bouts. JS distances: all bouts together, to the held-out "
-            f"{auto['held_out_s']:.0f} s; the learned part's own distance is in its column.",
-            markdown_table(("", "learned part", *names), rows),
-            "## Passive mode: held-out attacks answered\n\nBy actions that the truth counts as fitting.",
-            markdown_table(("", "attacks", "answered", "by bout", "with any react", "within 0.5 s"), passive_rows),
-            "## Interactive mode",
-            markdown_table(
-                ("", "requests", "by the next action", "or the one after", "right by the truth", "goal error, median [m]",
-                 "90th percentile", "way to the goal, median [m]", "slip of a stance, 95th percentile [mm]"),
-                interactive_rows,
-            ),
-        ]
-    ) + "\n"  # fmt: skip
+    head = (
+        "", "requests", "by the next action", "or the one after", "right by the truth", "goal error, median [m]",
+        "90th percentile", "way to the goal, median [m]", "slip of a stance, 95th percentile [mm]",
+    )  # fmt: skip
+    return f"## Interactive mode\n\n{markdown_table(head, rows)}"
 
 
 def cell(one: dict[str, float]) -> str:
@@ -422,12 +448,16 @@ def number(value: float | None) -> str:
     return "" if value is None else f"{value:.3f}"
 
 
+PARTS = {"automatic": automatic, "passive": passive, "interactive": interactive}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--preset", default="kickboxing", choices=["kickboxing", "taekwondo"])
     parser.add_argument("--stream-seed", type=int, default=0)
     parser.add_argument("--bouts", type=int, default=10)
     parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--parts", nargs="+", default=list(PARTS), choices=list(PARTS))
     parser.add_argument("-o", "--out", type=Path, default=Path("results/fights"))
     given = parser.parse_args()
 
@@ -436,12 +466,9 @@ def main() -> None:
 
     setup = set_up(given.preset, given.stream_seed)
     content = provenance(["scripts/fight_study.py", *sys.argv[1:]])
-    study: dict[str, Any] = {
-        "schema": "simprep.fight-study/1", **content, "stream": setup.model.stream.name,
-        "automatic": automatic(setup, given.bouts, given.seconds, tell),
-        "passive": passive(setup, given.bouts, given.seconds, tell),
-        "interactive": interactive(setup, given.bouts, given.seconds, tell),
-    }  # fmt: skip
+    study: dict[str, Any] = {"schema": "simprep.fight-study/1", **content, "stream": setup.model.stream.name}
+    for part in given.parts:
+        study[part] = PARTS[part](setup, given.bouts, given.seconds, tell)
     given.out.mkdir(parents=True, exist_ok=True)
     write_json(given.out / "study.json", study)
     with atomic_path(given.out / "study.md") as temporary:
