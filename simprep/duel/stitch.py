@@ -4,7 +4,7 @@ The difference in pose, velocity and acceleration at the seam decays along a qui
 high-performance animation transitions in Gears of War", GDC), then feet are planted by `preparation.planting`.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +17,7 @@ from simprep.library.curves import minimum_jerk
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.rotations import rotation_matrix
+from simprep.preparation.foot_ik import legs
 from simprep.preparation.planting import Standing, plant_feet
 from simprep.preparation.settings import PreparationSettings
 
@@ -67,6 +68,8 @@ DEEPEST_M = 0.15
 """The pelvis sinks no farther than this for legs to reach [m]."""
 LOST_M, STEP_S = 0.03, 0.08
 """A foot that is missed by more than this does not stand [m], nor from this long before to this long after [s]."""
+MOMENT_S = 0.1
+"""A leg without a solution for no longer than this passes from the last one to the next [s]."""
 LOOSE = 0.25
 """Half of the difference in heading is left to a standing foot where it is this large [rad]."""
 _DORSIFLEXION = [7 + hinge_index(f"{side}_ankle_dorsiflexion") for side in SIDES]
@@ -305,7 +308,22 @@ def plant(
         wider = maximum_filter1d(np.maximum(depth, 0.0), 2 * round(SINK_S * fps) + 1, mode="nearest")
         qpos[:, 2] += gaussian_filter1d(wider, 0.5 * SINK_S * fps, mode="nearest") * start
         made = _plant(qpos, contacts, fps, body, standing)
-    return made
+    return _mend(made, fps, body)
+
+
+def _mend(made: Stitched, fps: float, body: Body) -> Stitched:
+    """Where a leg has no solution for a moment, its angles pass from those before to those after."""
+    out, mended = made.qpos.copy(), False
+    for side, leg in enumerate(legs(body)):
+        bad = made.miss[:, side] > LOST_M
+        bad[0] = False
+        for first, after in stances(bad):
+            if after < len(bad) and after - first <= MOMENT_S * fps:
+                share = (np.arange(1, after - first + 1) / (after - first + 1))[:, None]
+                columns = 7 + leg.hinges
+                out[first:after, columns] = (1 - share) * out[first - 1, columns] + share * out[after, columns]
+                mended = True
+    return replace(made, qpos=out, kinematics=forward_kinematics(out, body)) if mended else made
 
 
 def _plant(qpos: FloatArray, contacts: BoolArray, fps: float, body: Body, standing: Standing) -> Stitched:

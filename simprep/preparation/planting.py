@@ -143,7 +143,7 @@ def plant_feet(
         after = forward_kinematics(out, body)
         missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, body)
         if standing.yielding:
-            missed |= changed & contacts & _yield(aim, goal, goal_rotation, after, body)
+            missed |= changed & _yield(aim, goal, goal_rotation, after, body)
         if not missed.any():
             break
     error = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1)
