@@ -46,7 +46,7 @@ def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
     goal = balls[chosen] - (ahead - STOPS_M) * towards
     place = (float(goal[0]), float(goal[1]))
     things = tuple(
-        Obstacle(f"ball{number}", (float(x), float(y), high), (0.11, 0.11, 0.11), soft=number == chosen)
+        Obstacle(f"ball{number}", (float(x), float(y), high), (0.11, 0.11, 0.11), soft=number == chosen, ball=True)
         for number, (x, y) in enumerate(balls)
     )
     return Setting(

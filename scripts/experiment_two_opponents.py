@@ -2,8 +2,10 @@
 
 Example: python scripts/experiment_two_opponents.py --seeds 10 -o results/two_opponents
 
-Opponents are moving sources of influence (points at striking distance before them that walk up and stop), each with the
+Opponents are moving sources of influence (points at striking distance before them that come up and stop), each with the
 punch that meets it; both count, by time to contact. Where they start, how fast they come and the phase of the walk vary with the seed.
+In the pictures they are people who walk up and jab, built-in motions along the way of the sources. These are drawn only: no
+physics acts on them, nothing collides with them, and they do not react to the character.
 Three arms, simulated with mpc; finished cases are kept in OUT/cases and not run again. About 1 minute per seed on 2 free
 cores.
 """
@@ -16,17 +18,18 @@ import numpy as np
 from simprep.behavior.influence import Influence
 from simprep.behavior.runtime_leg import Task
 from simprep.motion.motion import Motion
-from simprep.scene import Obstacle
 from simprep.study.experiment import Experiment, Setting
 from simprep.study.experiment_report import main
+from simprep.study.opponents import attacker
 
 PUNCHES = ("punch_left", "punch_right")
 SPEED_M_S = 0.6
 """At which the character comes to meet them, on average."""
 STRIKE_M = 0.6
-"""An opponent stands this far behind the place at which it is a source of influence: where its fists reach to."""
+"""An opponent walks this far behind the place at which it is a source of influence: where its fists reach to."""
 BEHIND_M = 0.9
 """The farther opponent stops this far before the place where the nearer one is met."""
+ATTACKS = ("jab_left_head", "jab_right_head")
 
 
 def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
@@ -53,20 +56,27 @@ def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
             )
         )
     punch = next(iter(influences[0].targets))
-    things = []
-    for number, influence in enumerate(influences):
-        way = influence.at(np.array([influence.stops_s, 0.0]))
-        x, y = way[0] + STRIKE_M * (way[1] - way[0]) / np.linalg.norm(way[1] - way[0])
-        things.append(Obstacle(f"opponent{number}", (float(x), float(y), 0.75), (0.06, 0.06, 0.75), soft=True))
     return Setting(
         tasks=(Task((float(goal[0]), float(goal[1])), punch, tuple(influences), meet=True),),
         place=(0.0, 0.0, float(rng.uniform(-0.3, 0.3))),
         frame=int(rng.integers(64)),
-        things=tuple(things),
         drawn={"starts_m": starts.tolist(), "speeds_m_s": speeds.tolist(), "punch": punch},
+    )
+
+
+def opponents(setting: Setting, duration: float) -> tuple[Motion, ...]:
+    """Both opponents: each walks up with its source of influence and jabs where that stops.
+
+    Args:
+        setting: the task.
+        duration: of their motions [s].
+    """
+    return tuple(
+        attacker(influence, STRIKE_M, attack, duration)
+        for influence, attack in zip(setting.tasks[0].influences, ATTACKS)
     )
 
 
 if __name__ == "__main__":
     title = "two opponents walk up; punch the nearer one"
-    sys.exit(main(Experiment("two_opponents", title, PUNCHES, draw), __doc__ or ""))
+    sys.exit(main(Experiment("two_opponents", title, PUNCHES, draw, people=opponents), __doc__ or ""))

@@ -18,19 +18,21 @@ OBJECT_BIT = 2**10
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A fixed box in the world.
+    """A fixed box or ball in the world.
 
     Attributes:
         name: geom name.
         position: (x, y, z) of its centre, world [m].
-        half_size: half edge lengths [m].
+        half_size: half edge lengths, of a ball its radius three times [m].
         soft: a striking pad: compliant contact (about 50 kN/m at 5 kg) instead of a hard surface.
+        ball: round instead of a box.
     """
 
     name: str
     position: tuple[float, float, float]
     half_size: tuple[float, float, float]
     soft: bool = False
+    ball: bool = False
 
 
 @dataclass(frozen=True)
@@ -129,9 +131,8 @@ def scene_spec(settings: SceneSettings | None = None) -> Any:
 
 
 def _add_obstacle(spec: Any, obstacle: Obstacle) -> None:
-    geom = spec.worldbody.add_geom(
-        name=obstacle.name, type=mujoco.mjtGeom.mjGEOM_BOX, pos=obstacle.position, size=obstacle.half_size
-    )
+    shape = mujoco.mjtGeom.mjGEOM_SPHERE if obstacle.ball else mujoco.mjtGeom.mjGEOM_BOX
+    geom = spec.worldbody.add_geom(name=obstacle.name, type=shape, pos=obstacle.position, size=obstacle.half_size)
     geom.contype, geom.conaffinity = OBJECT_BIT, 2**1 | 2**2
     geom.rgba = np.array([0.75, 0.25, 0.25, 1.0] if obstacle.soft else [0.55, 0.45, 0.35, 1.0])
     if obstacle.soft:

@@ -11,10 +11,13 @@ from simprep.behavior.runtime_approach import Approach
 from simprep.behavior.runtime_leg import Task
 from simprep.behavior.spaces import REACH_M
 from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.motion import Motion
 from simprep.report.figures import new_figure, save_figure
 
 
-def plot_approach(result: Approach, tasks: Sequence[Task], path: str | Path, title: str) -> Path:
+def plot_approach(
+    result: Approach, tasks: Sequence[Task], path: str | Path, title: str, others: Sequence[Motion] = ()
+) -> Path:
     """Draw the path coloured by the level of preparation, goals, sources of influence, footprints; below, both over time.
 
     Args:
@@ -22,6 +25,7 @@ def plot_approach(result: Approach, tasks: Sequence[Task], path: str | Path, tit
         tasks: what it was asked to do.
         path: the PNG file.
         title: heading.
+        others: people around it, who are only drawn: the paths of their roots.
 
     Returns:
         The path written.
@@ -52,6 +56,11 @@ def plot_approach(result: Approach, tasks: Sequence[Task], path: str | Path, tit
             if influence not in seen:
                 _draw_influence(plan, influence, motion.duration, first=not seen)
                 seen.append(influence)
+    for number, other in enumerate(others):
+        way = other.qpos[:, :2]
+        label = "other people (drawn only, no physics)" if number == 0 else None
+        plan.plot(*way.T, color="#a8322a", lw=1.4, alpha=0.8, label=label)
+        plan.plot(*way[-1], "o", color="#a8322a", ms=7)
     for number, frame in enumerate(result.launches):
         plan.plot(*root[frame], "P", color="black", ms=8, zorder=5, label="launch" if number == 0 else None)
     plan.set_aspect("equal", adjustable="datalim")

@@ -11,13 +11,17 @@ from numpy.typing import NDArray
 
 from simprep.errors import MissingExtraError, SettingError
 from simprep.files import atomic_path
-from simprep.humanoid import Body
+from simprep.humanoid import Body, humanoid_spec
 from simprep.motion.edit import sample
 from simprep.motion.motion import Motion
 from simprep.report.gl import Canvas, find_backend
-from simprep.scene import SceneSettings, build_scene
+from simprep.scene import SceneSettings, scene_spec
 
 HEADER_PX = 22
+OTHER_TINTS = ((0.80, 0.30, 0.28, 0.55), (0.55, 0.38, 0.70, 0.55))
+"""Colours of other people, in turn: somewhat transparent, so that they hide nothing."""
+ROOM_M = 1.1
+"""Kept free around people at the sides of a picture."""
 INK, FAINT = (30, 30, 34), (120, 120, 126)
 
 
@@ -29,11 +33,13 @@ class Row:
         label: printed above the row.
         motion: what is drawn; a simulated run's is `run.simulated_motion()`.
         end_note: printed where the motion is over before the strip is, such as `fell at 2.31 s`.
+        others: people drawn tinted beside the motion, from the same instant on, each in a colour of its own.
     """
 
     label: str
     motion: Motion
     end_note: str = "ended"
+    others: tuple[Motion, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -48,9 +54,10 @@ class StripSettings:
         azimuth_deg: camera direction: 90 looks along y, so that a character walking along x walks to the right;
             a little more shows its front.
         elevation_deg: camera elevation, negative looks down.
-        extent_m: height of the world seen in a picture [m].
+        extent_m: height of the world seen in a picture [m]; more where others would not fit in.
         marks: labels of instants [s], printed at the nearest picture, such as `{"launch": 2.1}`.
         scene: obstacles to draw; its bodies are replaced by each motion's.
+        note: printed below the strip.
     """
 
     columns: int = 9
@@ -62,6 +69,7 @@ class StripSettings:
     extent_m: float = 2.35
     marks: dict[str, float] = field(default_factory=dict)
     scene: SceneSettings = field(default_factory=SceneSettings)
+    note: str = ""
 
 
 def film_strip(
@@ -93,11 +101,12 @@ def film_strip(
         raise SettingError(f"a film strip of {len(times)} columns; valid: 2 or more")
     image_module, draw_module, font = pillow()
     row_px = HEADER_PX + settings.height_px
-    page = image_module.new("RGB", (len(times) * settings.width_px, len(rows) * row_px + HEADER_PX), "white")
+    height_px = len(rows) * row_px + HEADER_PX * (2 if settings.note else 1)
+    page = image_module.new("RGB", (len(times) * settings.width_px, height_px), "white")
     pen = draw_module.Draw(page)
     with contextlib.ExitStack() as stack:
         stage = stage or stack.enter_context(Stage(settings))
-        drawn = [stage.pictures(row.motion, times) for row in rows]
+        drawn = [stage.pictures(row.motion, times, row.others) for row in rows]
     for index, row in enumerate(rows):
         top = index * row_px
         pen.text((6, top + 3), row.label.replace("→", "->"), fill=INK, font=font)  # the font has no arrow
@@ -118,6 +127,8 @@ def film_strip(
     for name, time in settings.marks.items():
         column = int(np.argmin(np.abs(times - time)))
         pen.text((column * settings.width_px + 56, bottom), f"{name} {time:.2f} s", fill=(170, 40, 30), font=font)
+    if settings.note:
+        pen.text((6, bottom + HEADER_PX), settings.note, fill=INK, font=font)
     return np.asarray(page)
 
 
@@ -151,7 +162,7 @@ class Stage:
 
     def __init__(self, settings: StripSettings) -> None:
         self._settings = settings
-        self._canvases: dict[Body, tuple[Any, Canvas]] = {}
+        self._canvases: dict[tuple[Body, ...], tuple[Any, Canvas]] = {}
 
     def __enter__(self) -> "Stage":
         self._gl = find_backend().context(self._settings.width_px, self._settings.height_px)
@@ -161,12 +172,15 @@ class Stage:
         self._canvases.clear()  # GL objects go before the context they live in
         self._gl.free()
 
-    def pictures(self, motion: Motion, times: NDArray[np.float64]) -> list[NDArray[np.uint8]]:
+    def pictures(
+        self, motion: Motion, times: NDArray[np.float64], others: Sequence[Motion] = ()
+    ) -> list[NDArray[np.uint8]]:
         """Pictures of a motion.
 
         Args:
             motion: the motion.
             times: (N,) instants [s], held at the ends.
+            others: people drawn beside it.
 
         Returns:
             N pictures (height, width, 3).
@@ -174,23 +188,43 @@ class Stage:
         import mujoco
 
         settings = self._settings
-        if motion.body not in self._canvases:
-            scene = SceneSettings((motion.body,), settings.scene.obstacles, settings.scene.timestep)
-            model = build_scene(scene)
-            self._canvases[motion.body] = model, Canvas(model, settings.width_px, settings.height_px, self._gl)
-        model, canvas = self._canvases[motion.body]
+        bodies = (motion.body, *(other.body for other in others))
+        if bodies not in self._canvases:
+            model = _model(bodies, settings.scene)
+            self._canvases[bodies] = model, Canvas(model, settings.width_px, settings.height_px, self._gl)
+        model, canvas = self._canvases[bodies]
         data = mujoco.MjData(model)
         camera = mujoco.MjvCamera()
         camera.azimuth, camera.elevation = settings.azimuth_deg, settings.elevation_deg
         field_of_view = np.deg2rad(model.vis.global_.fovy)
-        camera.distance = settings.extent_m / 2 / np.tan(field_of_view / 2)
+        azimuth = np.deg2rad(settings.azimuth_deg)
+        axes = np.array([[np.sin(azimuth), np.cos(azimuth)], [-np.cos(azimuth), np.sin(azimuth)]])  # right, away
+        aspect = settings.width_px / settings.height_px
         pictures = []
-        for pose in sample(motion, times):
-            data.qpos[:] = pose
+        for poses in np.stack([sample(each, times) for each in (motion, *others)], axis=1):
+            data.qpos[:] = poses.ravel()
             mujoco.mj_forward(model, data)
-            camera.lookat[:] = [pose[0], pose[1], 0.42 * settings.extent_m]
+            seen = poses[:, :2] @ axes
+            middle = axes @ (seen.min(axis=0) + seen.max(axis=0)) / 2
+            extent = max(settings.extent_m, (np.ptp(seen[:, 0]) + ROOM_M) / aspect) if others else settings.extent_m
+            # half of the depth more, so that the nearest are in the picture too
+            camera.distance = extent / 2 / np.tan(field_of_view / 2) + np.ptp(seen[:, 1]) / 2
+            camera.lookat[:] = [*middle, 0.42 * settings.extent_m]
             pictures.append(canvas.draw(data, camera))
         return pictures
+
+
+def _model(bodies: Sequence[Body], scene: SceneSettings) -> Any:
+    """A scene with the first body; the others are added tinted, touching nothing."""
+    spec = scene_spec(SceneSettings((bodies[0],), scene.obstacles, scene.timestep))
+    for number, body in enumerate(bodies[1:]):
+        other = humanoid_spec(body)
+        for geom in other.geoms:
+            geom.contype = geom.conaffinity = 0
+            geom.material = ""
+            geom.rgba = np.array(OTHER_TINTS[number % len(OTHER_TINTS)])
+        spec.attach(other, prefix=f"other{number}_", frame=spec.worldbody.add_frame())
+    return spec.compile()
 
 
 def pillow() -> tuple[Any, Any, Any]:

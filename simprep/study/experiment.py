@@ -72,6 +72,7 @@ class Experiment:
         windows: False simulates the whole motion; True, for long ones, a window around each launch (1 s before to
             1.2 s after), each begun on the motion itself, and the whole motion only for the first seed.
         tail_s: how long the last target is followed after its launch [s].
+        people: the others in the pictures, from time 0 for a duration [s]; drawn only, nothing simulates them.
     """
 
     name: str
@@ -80,6 +81,7 @@ class Experiment:
     draw: Callable[[np.random.Generator, Mapping[str, Motion]], Setting]
     windows: bool = False
     tail_s: float = 2.5
+    people: Callable[[Setting, float], tuple[Motion, ...]] | None = None
 
 
 @dataclass(frozen=True)

@@ -31,6 +31,16 @@ SCHEMA = "simprep.experiment/1"
 STRIKE_FRAMES = 24
 """Frames after the launch at which the film strip shows a target that marks no impact."""
 BOOTSTRAP_SEED = 2013
+PEOPLE_S = 12.0
+"""How long the motions of the people around the character are [s]."""
+WITH_PEOPLE: dict[str, Any] = {
+    "width_px": 280,
+    "azimuth_deg": 90.0,
+    "elevation_deg": -20.0,
+    "note": "The opponents (one colour each) are drawn only: built-in walk and jabs, played along the paths of the sources of "
+    "influence; no physics, nothing collides with them. Each picture is as wide as it takes to show everybody.",
+}
+"""Wider pictures, and what they say, where people are around the character."""
 COMPARISONS = (("blended", "none"), ("optimised", "none"), ("optimised", "blended"))
 METRICS = (*LAUNCH_METRICS, "success", "mpjpe_mm", "torque_rms_nm")
 LABELS = {"none": "no preparation (plain graph)", "blended": "preparation", "optimised": "preparation + optimisation"}
@@ -96,7 +106,8 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
     for arm in ARMS:
         setting, result = make_approach(experiment, 0, worlds[arm])
         title = f"{experiment.title}: {LABELS[arm]}"
-        files.append(plot_approach(result, setting.tasks, folder / f"plan_{arm}.png", title))
+        people = experiment.people(setting, PEOPLE_S) if experiment.people else ()
+        files.append(plot_approach(result, setting.tasks, folder / f"plan_{arm}.png", title, people))
         motions = kept_motions(folder, arm)
         if motions is None:
             continue
@@ -106,20 +117,21 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
             [planned.events["impact"]] if "impact" in planned.events else [at + STRIKE_FRAMES for at in result.launches]
         )
         moments += [frame / planned.fps for frame in shown]
+        moments += [person.events["impact"] / person.fps for person in people if "impact" in person.events]
         note = "" if simulated.duration > planned.duration - 0.1 else f"fell at {simulated.duration:.2f} s"
         launched = ", ".join(f"{at / planned.fps:.2f} s" for at in result.launches)
-        rows.append(Row(f"{LABELS[arm]}, simulated with mpc; launch at {launched}", simulated, note or "ended"))
+        rows.append(Row(f"{LABELS[arm]}, simulated with mpc; launch at {launched}", simulated, note or "ended", people))
         if simulated.duration >= longest:
             longest = simulated.duration
             marks = {f"launch {number + 1}": at / planned.fps for number, at in enumerate(result.launches)}
     if rows:
         even = np.linspace(0.0, longest, int(np.clip(round(longest / 0.7), 7, 13)))
-        times = [time for time in even if np.abs(np.array([*moments, np.inf]) - time).min() > 0.15]
+        times = [time for time in even if np.abs(np.array([*moments, np.inf]) - time).min() > 0.25]
         strip = StripSettings(
             times_s=tuple(sorted({*times, *moments})),
             marks=marks,
             scene=SceneSettings(obstacles=things),
-            azimuth_deg=118.0,
+            **(WITH_PEOPLE if experiment.people else {"azimuth_deg": 118.0}),
         )
         files.append(save_film_strip(rows, folder / f"strip_{experiment.name}.png", strip))
     return files

@@ -69,6 +69,23 @@ def test_a_row_that_ends_early_is_greyed(can_draw, stand):
     assert np.ptp(first[inside], axis=2).max() > 30
 
 
+def test_others_are_drawn_tinted_and_the_picture_widens_to_hold_them(can_draw, stand):
+    far = replace(stand, qpos=stand.qpos + np.eye(44)[0] * 3.0)
+    settings = replace(SMALL, note="two of them")
+    strip = film_strip([Row("alone", stand), Row("two", stand, others=(far,))], settings)
+    assert strip.shape == (2 * (HEADER_PX + 72) + 2 * HEADER_PX, 180, 3)
+    alone, both = pictures(strip, settings, 0)[0], pictures(strip, settings, 1)[0]
+
+    def columns(picture):  # where something redder than the floor is
+        return np.flatnonzero((picture[..., 0] - picture[..., 2] > 35).any(axis=0))
+
+    assert len(columns(alone))
+    assert columns(alone).min() > 15
+    assert columns(alone).max() < 45
+    assert columns(both).min() < 20
+    assert 40 < columns(both).max() < 58  # inside the picture of 60
+
+
 def test_different_bodies_share_a_strip_and_strips_share_a_stage(can_draw, stand):
     body = Body(1.4, 45.0)
     small = Motion(np.repeat(standing_qpos(body)[None], 31, axis=0), 30.0, stand.contacts, body=body)
