@@ -9,7 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import gaussian_filter1d, maximum_filter1d
+from scipy.ndimage import distance_transform_edt, gaussian_filter1d, maximum_filter1d
 from scipy.spatial.transform import Rotation
 
 from simprep.duel.example import pieces
@@ -39,8 +39,11 @@ CROUCHING, CROUCH_M = 0.7, 0.13
 than this then [m]."""
 TOLERANCE_M, PASSES = 3e-4, 8
 """How exactly the centre of mass follows its path where the legs reach, and after how many passes it is left [m]."""
-MISSED_M, BENT, YIELDS = 0.005, np.radians(2.0), 3
-"""A foot that is missed by more [m], or a leg bent beyond its range by more [rad], yields, at most so often."""
+MISSED_M, BENT, DIP_M, YIELDS = 0.005, np.radians(2.0), 0.01, 6
+"""A foot that is missed by more [m], a leg bent beyond its range by more [rad] or a swinging foot below the floor by more [m]
+yields, at most so often."""
+DEEP_M, CLEAR_S = 0.05, 0.05
+"""A swinging foot this deep in the floor leaves its own angles for its path; over which time before and after it rises [m, s]."""
 SOLE_M = 0.16
 """Ankle to toes [m]."""
 DORSIFLEXION, ROTATION = LEG_JOINTS.index("ankle_dorsiflexion"), LEG_JOINTS.index("hip_rotation")
@@ -89,20 +92,21 @@ def perform(fighter: Fighter, rng: np.random.Generator) -> Performance:
     flights = np.array([0.0, *(action.flight for action in actions)])
     course = heave(cuts, _minima(actions, cuts), _heights(actions, chosen, rng), flights, FPS)
     heading = key_curve(list(cuts / FPS), [actions[0].heading, *(action.heading for action in actions)])(times)
-    plan, com = _plan(actions, fighter.lead, stays, channels, swing, heading, course, flights, cuts)
+    lean, raised = np.zeros((total, 2)), np.zeros((total, 2))
+    plan, com = _plan(actions, fighter.lead, stays, channels, swing, heading, course, flights, cuts, raised)
     best = solved = _solve(plan, com)
-    lean = np.zeros((total, 2))
     for _ in range(YIELDS):
-        _, missed, excess = solved
-        if missed.max() < MISSED_M and np.abs(excess).max() < BENT:
+        _, missed, excess, dip = solved
+        if missed.max() < MISSED_M and np.abs(excess).max() < BENT and dip.max() < DIP_M:
             break
         lean += _yield(channels, missed, excess, plan, com)
-        plan, com = _plan(actions, fighter.lead, stays, channels, swing, heading, course, flights, cuts)
+        raised += _rise(swing, dip, plan.contacts)
+        plan, com = _plan(actions, fighter.lead, stays, channels, swing, heading, course, flights, cuts, raised)
         com[:, :2] += gaussian_filter1d(lean, 0.5 * LEAN_S * FPS, axis=0)
         solved = _solve(plan, com)
-        if solved[1].sum() < best[1].sum():
+        if solved[1].sum() + solved[3].sum() < best[1].sum() + best[3].sum():
             best = solved
-    qpos, missed, _ = best
+    qpos, missed, _, _ = best
     names = tuple(name for name, _, _ in chosen)
     return Performance(qpos, plan.contacts, names, course.peaks, missed.max(axis=1))
 
@@ -128,6 +132,18 @@ def _yield(channels: FloatArray, missed: FloatArray, excess: FloatArray, plan: P
     return np.asarray(np.sum(held[..., None] * towards, axis=1))
 
 
+def _rise(swing: FloatArray, dip: FloatArray, contacts: NDArray[np.bool_]) -> FloatArray:
+    """What swinging feet do that pass through the floor; kicks change in place, by how much paths rise (T, 2) comes back [m].
+
+    A kicking leg leaves its own angles sooner, and its foot's path, which stays above the floor, takes over.
+    """
+    wide = 2 * round(CLEAR_S * FPS) + 1
+    deep = gaussian_filter1d(maximum_filter1d(dip, wide, axis=0), 0.5 * CLEAR_S * FPS, axis=0)
+    swing *= 1 - minimum_jerk(np.clip(deep / DEEP_M, 0, 1))
+    away = np.stack([distance_transform_edt(~contacts[:, side]) for side in range(2)], axis=1)
+    return np.asarray(deep * minimum_jerk(np.clip((away - 1) / (CLEAR_S * FPS), 0, 1)))
+
+
 def _plan(
     actions: list[Planned],
     lead: str,
@@ -138,11 +154,13 @@ def _plan(
     course: Heave,
     flights: FloatArray,
     cuts: NDArray[np.int64],
+    raised: FloatArray,
 ) -> tuple[Plan, FloatArray]:
     """The plan of a clip, and the path of the centre of mass (T, 3)."""
     times = np.arange(len(channels)) / FPS
     poses = [foot_path(side, stays[side], channels, flights, cuts).at(times) for side in range(2)]
     position = np.stack([pose[0] for pose in poses], axis=1)
+    position[..., 2] += raised
     rotation = np.stack([pose[1] for pose in poses], axis=1)
     contacts = np.stack([pose[2] for pose in poses], axis=1)
     zmp = pressure_point(actions, lead, position, rotation, contacts)
@@ -156,12 +174,12 @@ def _plan(
     return plan, np.column_stack([com_from_zmp(zmp, course.height, FPS), course.height])
 
 
-def _solve(plan: Plan, com: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _solve(plan: Plan, com: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
     """Poses within the ranges of all joints, what is missed by that, and what would have been needed.
 
     Returns:
         (T, 44) poses; (T, 2) how far each supporting foot is from its place [m]; (T, 2, 6) by how much the hinges of
-        supporting legs would have to leave their ranges, signed [rad].
+        supporting legs would have to leave their ranges, signed [rad]; (T, 2) how deep each swinging foot is in the floor [m].
     """
     qpos = np.zeros((len(com), N_QPOS))
     quat = Rotation.from_matrix(plan.root_rotation).as_quat(scalar_first=True)
@@ -173,9 +191,16 @@ def _solve(plan: Plan, com: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
     low, high = humanoid_model().jnt_range[1:].T
     wanted = qpos[:, 7:].copy()
     qpos[:, 7:] = np.clip(wanted, low, high)
-    missed = np.linalg.norm(forward_kinematics(qpos).xpos[:, FEET] - plan.foot_position, axis=-1)
+    kinematics = forward_kinematics(qpos)
+    missed = np.linalg.norm(kinematics.xpos[:, FEET] - plan.foot_position, axis=-1)
     excess = (wanted - qpos[:, 7:])[:, LEG_COLUMNS]
-    return qpos, np.where(plan.contacts, missed, 0.0), np.where(plan.contacts[..., None], excess, 0.0)
+    dip = np.maximum(-kinematics.foot_points[..., 2].min(axis=-1), 0.0)
+    return (
+        qpos,
+        np.where(plan.contacts, missed, 0.0),
+        np.where(plan.contacts[..., None], excess, 0.0),
+        np.where(plan.contacts, 0.0, dip),
+    )
 
 
 Choice = tuple[str, Piece | None, float]
