@@ -388,7 +388,9 @@ def report_automatic(auto: dict[str, Any]) -> str:
         for kind in KINDS
     ]  # fmt: skip
     shown = {
-        "facing error, median [deg]": "facing_error_deg.median", "root distance, median [m]": "distance_m.median",
+        "facing error of the pelvis, median [deg]": "facing_error_deg.median",
+        "facing error of the head, median [deg]": "head_facing_error_deg.median",
+        "root distance, median [m]": "distance_m.median",
         "slip of a stance, mean [mm]": "feet.mm_per_stance", "slip, 95th percentile [mm]": "feet.p95_mm",
         "slip, worst [mm]": "feet.max_mm", "stances that skate (10 mm)": "feet.skating_share",
         "drift of a stance, worst [mm]": "feet.drift_max_mm",

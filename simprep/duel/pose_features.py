@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from simprep.errors import SettingError
 from simprep.motion.edit import yaw
 from simprep.motion.kinematics import Kinematics
+from simprep.motion.rotations import wrap_angle
 
 SAMPLES = 10
 """Poses per action (the paper's N)."""
@@ -66,7 +67,7 @@ def pose_features(
     low = np.minimum(at.astype(np.int64), len(joints) - 1)
     high = np.minimum(low + 1, last[:, None])
     weight = at - low
-    angle = heading[low] + weight * _wrap(heading[high] - heading[low])
+    angle = heading[low] + weight * wrap_angle(heading[high] - heading[low])
     place = _blend(root, low, high, weight[..., None])
     pose = _blend(joints, low, high, weight[..., None, None])
 
@@ -76,7 +77,7 @@ def pose_features(
     motion = np.zeros((*at.shape, 3))
     steps = np.diff(place, axis=1)
     motion[:, 1:, :2] = _turned(steps, c[:, :-1], s[:, :-1])[..., :2]
-    motion[:, 1:, 2] = _wrap(np.diff(angle, axis=1))
+    motion[:, 1:, 2] = wrap_angle(np.diff(angle, axis=1))
     flat = local.reshape(*at.shape, -1)
     return np.concatenate([motion, flat], axis=-1).reshape(len(segments), -1)
 
@@ -89,7 +90,3 @@ def _turned(vectors: FloatArray, c: FloatArray, s: FloatArray) -> FloatArray:
     """World vectors (..., 3) in axes whose x has the direction (c, s)."""
     x, y = vectors[..., 0], vectors[..., 1]
     return np.stack([c * x + s * y, c * y - s * x, vectors[..., 2]], axis=-1)
-
-
-def _wrap(angle: FloatArray) -> FloatArray:
-    return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)

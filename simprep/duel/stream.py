@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from simprep.errors import MotionError
 from simprep.motion.edit import cut, yaw
 from simprep.motion.motion import Motion
+from simprep.motion.rotations import wrap_angle
 
 PLAYERS = ("A", "B")
 """Names of the two people in files and messages, in the order of `DuelStream.players`."""
@@ -142,13 +143,14 @@ def facing_error(stream: DuelStream) -> FloatArray:
     a, b = (motion.qpos for motion in stream.players)
     to_b = np.arctan2(b[:, 1] - a[:, 1], b[:, 0] - a[:, 0])
     angles = np.stack([to_b - yaw(a[:, 3:7]), to_b + np.pi - yaw(b[:, 3:7])], axis=1)
-    return np.asarray((angles + np.pi) % (2 * np.pi) - np.pi)
+    return wrap_angle(angles)
 
 
 def swapped_frames(roots: FloatArray, fps: float, seams: Sequence[int] = ()) -> NDArray[np.intp]:
     """Frames at which two tracked people have exchanged names.
 
-    Both roots jump faster than `SWAP_SPEED`, while crossed over they move less than half as far.
+    Both roots jump faster than `SWAP_SPEED`, while crossed over they move less than half as far: from one frame to the
+    next, or to the one after it, since interpolation to another frame rate puts one between.
 
     Args:
         roots: (T, 2, 2 or 3) root positions of A and B [m].
@@ -158,11 +160,16 @@ def swapped_frames(roots: FloatArray, fps: float, seams: Sequence[int] = ()) -> 
     Returns:
         First frames with exchanged names.
     """
-    straight = np.linalg.norm(np.diff(roots, axis=0), axis=-1)  # (T - 1, 2)
-    crossed = np.linalg.norm(roots[1:, ::-1] - roots[:-1], axis=-1)
-    swapped = (straight.min(axis=1) * fps > SWAP_SPEED) & (crossed.sum(axis=1) < 0.5 * straight.sum(axis=1))
-    frames = np.flatnonzero(swapped) + 1
-    return np.asarray(frames[~np.isin(frames, np.array(seams, dtype=np.intp))])
+    found: list[int] = []
+    for lag in (1, 2):
+        straight = np.linalg.norm(roots[lag:] - roots[:-lag], axis=-1)  # (T - lag, 2)
+        crossed = np.linalg.norm(roots[lag:, ::-1] - roots[:-lag], axis=-1)
+        fast = straight.min(axis=1) * fps > SWAP_SPEED * lag
+        frames = np.flatnonzero(fast & (crossed.sum(axis=1) < 0.5 * straight.sum(axis=1))) + lag
+        within = ~np.isin(frames[:, None] - np.arange(lag), np.array(seams, dtype=np.intp)).any(axis=1)
+        # what is seen from one frame to the next is seen around it once more
+        found += [int(frame) for frame in frames[within] if not any(abs(frame - known) < 2 for known in found)]
+    return np.array(sorted(found), dtype=np.intp)
 
 
 def check_stream(stream: DuelStream) -> StreamReport:

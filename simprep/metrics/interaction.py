@@ -15,19 +15,23 @@ from numpy.typing import NDArray
 from simprep.duel.segmentation import stream_kinematics
 from simprep.duel.stream import DuelStream, facing_error, root_distance
 from simprep.errors import SettingError
+from simprep.humanoid import BODIES
 from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, stance_drift
 from simprep.metrics.interaction_distributions import Distributions, distributions, js_distances
 from simprep.metrics.interaction_overlap import Hits, count_hits, overlaps
 from simprep.metrics.interaction_reactions import Reactions, check_table, reactions
 from simprep.metrics.interaction_stability import Stability, stability
 from simprep.metrics.tracking import position_errors
-from simprep.motion.edit import cut
+from simprep.motion.edit import cut, yaw
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
+from simprep.motion.rotations import wrap_angle
 from simprep.physics.run import FELL
 
 SKATE_MM = 10.0
 """A stance that slips farther skates [mm]."""
+
+HEAD = BODIES.index("head")
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -105,7 +109,9 @@ class InteractionMetrics:
         penetration: between the fighters' colliding geoms.
         ground_penetration: of the deeper fighter into the floor.
         feet: slip.
-        facing_error_deg: size of the angle from heading to the other, both fighters [deg].
+        facing_error_deg: size of the angle from the pelvis' heading to the other's root, both fighters [deg]. A bladed stance
+            turns the pelvis away on purpose.
+        head_facing_error_deg: the same of the head: who looks at whom.
         distance_m: of the roots, horizontal [m].
         reactions: attacks per minute and how many are answered.
         hits: attacks that land, by poses alone.
@@ -120,6 +126,7 @@ class InteractionMetrics:
     ground_penetration: Depths
     feet: Feet
     facing_error_deg: Percentiles
+    head_facing_error_deg: Percentiles
     distance_m: Percentiles
     reactions: Reactions
     hits: Hits
@@ -159,12 +166,15 @@ def interaction_metrics(
     inside = overlaps(stream)
     floor = np.max([floor_penetration(motion) for motion in stream.players], axis=0)
     errors = _errors(stream, reference, [one.xpos for one in bodies])
+    facing = facing_error(stream)
+    pelvis, head = (np.stack([yaw(one.xquat[:, part]) for one in bodies], axis=1) for part in (0, HEAD))
     return InteractionMetrics(
         duration_s=stream.duration,
         penetration=depths(inside.deepest),
         ground_penetration=depths(floor),
         feet=_feet(stream),
-        facing_error_deg=percentiles(np.degrees(np.abs(facing_error(stream)))),
+        facing_error_deg=percentiles(np.degrees(np.abs(facing))),
+        head_facing_error_deg=percentiles(np.degrees(np.abs(wrap_angle(facing + pelvis - head)))),
         distance_m=percentiles(root_distance(stream)),
         reactions=reactions(table, codes, stream.bounds, stream.fps),
         hits=count_hits(inside, stream, table, codes),

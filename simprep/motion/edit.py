@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 from simprep.errors import MotionError
 from simprep.humanoid import SIDES, mirror_map
 from simprep.motion.motion import Motion
-from simprep.motion.rotations import multiply_quat
+from simprep.motion.rotations import multiply_quat, wrap_angle
 
 
 def yaw(quat: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -157,7 +157,7 @@ def loop_displacement(motion: Motion) -> tuple[float, NDArray[np.float64]]:
         turn [rad], and the step of the root on the floor in the world frame of the motion (2,) [m].
     """
     heading = np.unwrap(yaw(motion.qpos[:, 3:7]))
-    turn = _wrap(float(heading[-1] - heading[0] + _missing_step(np.diff(heading), np.diff(heading))))
+    turn = float(wrap_angle(heading[-1] - heading[0] + _missing_step(np.diff(heading), np.diff(heading))))
     turn = 0.0 if abs(turn) < 1e-9 else turn
     c, s = np.cos(turn), np.sin(turn)
     steps = np.diff(motion.qpos[:, :2], axis=0)
@@ -217,7 +217,3 @@ def _other_side(name: str) -> str:
         if name.startswith(f"{one}_"):
             return other + name.removeprefix(one)
     return name
-
-
-def _wrap(angle: float) -> float:
-    return float((angle + np.pi) % (2 * np.pi) - np.pi)

@@ -76,3 +76,8 @@ def multiply_quat(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.
         ],
         axis=-1,
     )
+
+
+def wrap_angle(angle: NDArray[np.float64] | float) -> NDArray[np.float64]:
+    """The same angles (...) from -pi to pi [rad]."""
+    return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)

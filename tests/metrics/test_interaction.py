@@ -11,10 +11,14 @@ from simprep.duel.example.presets import PRESETS
 from simprep.duel.fight import Fight, FightAction
 from simprep.duel.stream import DuelStream
 from simprep.errors import SettingError
+from simprep.humanoid import hinge_index
+from simprep.library.registry import library_motion
 from simprep.metrics.contact import floor_penetration
 from simprep.metrics.interaction import interaction_metrics
 from simprep.metrics.interaction_distributions import KINDS, distributions, js_distances, js_floor
 from simprep.metrics.interaction_reactions import ANSWER_S, attacking, reactions
+from simprep.motion.edit import move
+from simprep.motion.motion import Motion
 from simprep.physics.pair_penetration import fighter_penetration
 
 
@@ -86,3 +90,15 @@ def test_the_floor_is_what_samples_of_the_example_score(example):
     dealt = js_distances(distributions(stream, table, codes[order]), distributions(stream, table, codes))
     assert dealt["distance"] == dealt["facing"] == 0
     assert dealt["kind_bigram"] > 0.3
+
+
+def test_the_head_faces_another_way_than_the_pelvis():
+    stand = library_motion("stand")
+    qpos = stand.qpos[:10].copy()
+    qpos[:, 7 + hinge_index("neck_rotation")] += 0.3
+    a = Motion(qpos, stand.fps, stand.contacts[:10])
+    b = move(a, (1.0, 0.0), np.pi)
+    table = np.array([(0, 0, 10, 0), (1, 0, 10, 0)])
+    found = interaction_metrics(DuelStream((a, b)), table, np.zeros(2, dtype=np.int64))
+    assert found.facing_error_deg.median < 3
+    assert found.head_facing_error_deg.median == pytest.approx(np.degrees(0.3), abs=3)
