@@ -15,7 +15,7 @@ from simprep.cli.output import Output, print_result
 class DuelAnalyze:
     """Cut, label and model a stream, and evaluate every stage. Writes model.npz with its stream.npz (for `simprep fight`), tables, labels, plots.
 
-    An example stream needs no ANNOTATIONS: a random tenth of its actions is annotated from the truth beside it.
+    An example stream needs no ANNOTATIONS: a tenth of its actions is annotated from the truth beside it.
 
     Example: simprep duel analyze example/kickboxing_0.npz -o analysis
     """
@@ -35,8 +35,11 @@ class DuelAnalyze:
     annotated: Annotated[float, tyro.conf.arg(metavar="SHARE", help_behavior_hint="")] = 0.1
     """Share of the actions annotated from the truth of an example stream (default 0.1)."""
 
-    proposed: bool = True
-    """Annotate from the truth what `simprep duel label` would propose, in ten rounds; or a random sample."""
+    proposed: bool = False
+    """Annotate from the truth what `simprep duel label` would propose, in ten rounds. This is the default."""
+
+    no_proposed: bool = False
+    """Annotate a random sample from the truth instead."""
 
     splits: Annotated[int, tyro.conf.arg(metavar="N", help_behavior_hint="")] = 5
     """Random divisions into training and held-out transitions (default 5)."""
@@ -47,8 +50,8 @@ class DuelAnalyze:
     seed: Annotated[int, tyro.conf.arg(metavar="N", help_behavior_hint="")] = 0
     """Decides what is annotated from a truth, folds and splits (default 0)."""
 
-    figures: bool = True
-    """Plots of cuts, of the number of components and of the structures; needs the extra `report`."""
+    no_figures: bool = False
+    """Draw no plots of cuts, of the number of components and of the structures (they need the extra `report`)."""
 
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
@@ -69,7 +72,7 @@ class DuelAnalyze:
         from simprep.duel.labels import ASPECTS, decode
         from simprep.duel.stream import check_stream
         from simprep.duel.stream_store import read_stream
-        from simprep.errors import MissingExtraError, SettingError
+        from simprep.errors import MissingExtraError, MotionError, MotionFileError, SettingError
         from simprep.files import atomic_path
         from simprep.report.duel_tables import analysis_markdown
         from simprep.report.record import provenance, write_json
@@ -80,10 +83,12 @@ class DuelAnalyze:
             raise SettingError(f"--splits {self.splits}; valid: 1 to 100")
         if not 1 <= self.components <= 48:
             raise SettingError(f"--components {self.components}; valid: 1 to 48")
+        if self.proposed and self.no_proposed:
+            raise SettingError("both --proposed and --no-proposed; valid: one of them")
         begun = time.perf_counter()
         settings = AnalysisSettings(
             self.annotated,
-            self.proposed,
+            not self.no_proposed,
             EvaluationSettings(splits=self.splits, components=tuple(range(1, self.components + 1))),
         )
         stream = read_stream(self.stream)
@@ -99,7 +104,10 @@ class DuelAnalyze:
             def begin(stage: str) -> None:
                 bar.update(task, description=stage, completed=STAGES.index(stage))
 
-            found = analyse(stream, np.random.default_rng(self.seed), annotate, truth, cuts, settings, begin)
+            try:
+                found = analyse(stream, np.random.default_rng(self.seed), annotate, truth, cuts, settings, begin)
+            except (MotionError, SettingError) as error:
+                raise MotionFileError(self.stream, str(error)) from None
         for warning in found.tables["warnings"]:
             output.warn(warning)
         self.out.mkdir(parents=True, exist_ok=True)
@@ -112,7 +120,7 @@ class DuelAnalyze:
                 decode(found.labels.codes), ASPECTS,
             ),
         ]  # fmt: skip
-        if self.figures:
+        if not self.no_figures:
             try:
                 from simprep.report.duel_figures import plot_components, plot_cuts
                 from simprep.report.structures_figure import plot_structures

@@ -32,13 +32,19 @@ class DuelJoin:
         print_result(self.json, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
+        from dataclasses import replace
+
         from simprep.duel.stream import check_stream, concatenate_streams
         from simprep.duel.stream_store import read_stream, save_stream
-        from simprep.errors import MotionFileError
+        from simprep.errors import MotionFileError, SettingError
 
+        if not self.streams:
+            raise SettingError("no streams to join; valid: one or more files that `simprep duel import` wrote")
         if self.out.resolve() in [path.resolve() for path in self.streams]:
             raise MotionFileError(self.out, "is a stream to join; give another with -o")
-        stream = concatenate_streams([read_stream(path) for path in self.streams], self.out.stem)
+        # errors then name files; the result has a name of its own
+        named = [replace(read_stream(path), name=str(path)) for path in self.streams]
+        stream = concatenate_streams(named, self.out.stem)
         report = check_stream(stream)
         for warning in report.warnings:
             output.warn(warning)

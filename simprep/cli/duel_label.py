@@ -80,23 +80,25 @@ class DuelLabel:
         cuts = segmentation.cuts
         if self.cuts is not None and self.cuts.exists():
             cuts = read_cuts(self.cuts, stream)
-        else:
-            output.say(f"{len(segmentation.suspicious)} doubtful cuts or actions (listed in the file of --cuts)")
-            if self.cuts is not None:
-                output.say(f"written: {save_cuts(segmentation, stream, self.cuts)}")
+        table = cuts.table()
+        # everything is read before anything is written
+        annotations = None if self.annotations is None else read_annotations(self.annotations, table)
+        features = stream_features(cuts, kinematics)
+        labels = None
+        if annotations is not None:
+            labels = label_stream(stream, cuts, annotations.rows, annotations.qualifiers, features=features)
         if self.figure is not None:
             from simprep.report.duel_figures import plot_cuts
 
             output.say(f"written: {plot_cuts(stream, segmentation.force, cuts, self.figure)}")
-        table = cuts.table()
-        features = stream_features(cuts, kinematics)
+        if self.cuts is None or not self.cuts.exists():
+            output.say(f"{len(segmentation.suspicious)} doubtful cuts or actions (listed in the file of --cuts)")
+            if self.cuts is not None:
+                output.say(f"written: {save_cuts(segmentation, stream, self.cuts)}")
         result: dict[str, Any] = {"actions": len(table), "suspicious": len(segmentation.suspicious)}
         done, margins = np.zeros(0, dtype=np.int64), None
-        if self.annotations is not None:
-            annotations = read_annotations(self.annotations, table)
-            done = annotations.rows
-            labels = label_stream(stream, cuts, done, annotations.qualifiers, features=features)
-            margins = labels.margins
+        if annotations is not None and labels is not None:
+            done, margins = annotations.rows, labels.margins
             for warning in labels.warnings:
                 output.warn(warning)
             written = save_annotations(self.out, table, np.arange(len(table)), decode(labels.codes), ASPECTS)
@@ -106,7 +108,7 @@ class DuelLabel:
                 scores = cross_validate(features[done], annotations.qualifiers, np.random.default_rng(self.seed))
                 result["cross_validation"] = _print_scores(output, scores, len(done))
         chosen = propose(features, done, margins, self.count)
-        known = decode(labels.codes)[chosen][:, : len(LEARNED_ASPECTS)] if margins is not None else None
+        known = None if labels is None else decode(labels.codes)[chosen][:, : len(LEARNED_ASPECTS)]
         save_annotations(self.proposals, table, chosen, None)
         names = segment_names(table)
         listing = Table(title="Annotate next", title_justify="left")

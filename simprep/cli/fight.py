@@ -67,6 +67,7 @@ class FightCommand:
         asked = self._checked()
         from simprep.duel.default_model import fight_model
         from simprep.duel.example_motions import ExampleMotions
+        from simprep.duel.fight_model import model_doubts
         from simprep.duel.modes import begin_fight
         from simprep.report.record import provenance, write_json
         from simprep.study.fight import draw_fight, evaluate_fight, example_distributions, fight_content, save_fight
@@ -74,6 +75,8 @@ class FightCommand:
         with output.progress() as bar:
             task = bar.add_task("model", total=1.0)
             model = fight_model(self.model, lambda what, share: bar.update(task, description=what, completed=share))
+            for doubt in model_doubts(model):
+                output.warn(doubt)
             bar.update(task, description="examples", completed=0.0)
             examples = None if self.mode == "passive" else ExampleMotions.of(model.stream, model.model)
             made = begin_fight(model, self.mode, self.seed, "AB".index(self.player), asked, examples)

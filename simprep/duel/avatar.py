@@ -19,6 +19,8 @@ from simprep.duel.drawing import DrawingChooser
 from simprep.duel.fight_model import FightModel
 from simprep.duel.label_masks import kind_of, narrowed, seen_successions
 from simprep.duel.requests import Request
+from simprep.duel.stream import PLAYERS
+from simprep.duel.structures import REQUESTS
 from simprep.duel.transition_model import TransitionModel
 from simprep.errors import SettingError
 from simprep.motion.edit import yaw
@@ -134,7 +136,11 @@ class Avatar:
         """
         asked = Request(action, goal, time)
         if action and not self._answering(action).any():
-            raise SettingError(f"player {self.player} has no {action!r} in the examples of this model")
+            known = [one for one in REQUESTS if self._answering(one).any()]
+            raise SettingError(
+                f"player {PLAYERS[self.player]} has no {action!r} in the examples of this model; "
+                f"valid: {', '.join(known) or 'no attack at all, only places'}"
+            )
         self._waiting.append(_Waiting(asked))
         return asked
 

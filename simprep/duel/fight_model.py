@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from simprep.duel.labels import Label
 from simprep.duel.model_store import learned_from, read_model, save_model
-from simprep.duel.stream import DuelStream
+from simprep.duel.stream import PLAYERS, DuelStream, check_stream
 from simprep.duel.stream_store import read_stream, save_stream
 from simprep.duel.transition_model import DuelModel
 from simprep.errors import MotionFileError, SettingError
@@ -44,6 +45,23 @@ class FightModel:
                 f"a model of {last} or more frames at {self.model.fps:g} per second does not belong to {self.stream.name!r}: "
                 f"{len(self.stream)} frames at {self.stream.fps:g}"
             )
+
+
+def model_doubts(fight_model: FightModel) -> tuple[str, ...]:
+    """What a fight made with a model should not be trusted for: doubts about its stream, and fighters who never attack.
+
+    Args:
+        fight_model: with its stream.
+
+    Returns:
+        A sentence each; empty where nothing is doubtful.
+    """
+    silent = [
+        f"{player} never attacks in {fight_model.stream.name}, which the model was learned from"
+        for player, graph in zip(PLAYERS, fight_model.model.graph.graphs)
+        if not any(Label.from_code(int(code)).attacks for code in graph.labels)
+    ]
+    return (*check_stream(fight_model.stream).warnings, *silent)
 
 
 def stream_digest(stream: DuelStream) -> str:

@@ -21,6 +21,7 @@ from simprep.duel.action_features import (
 from simprep.duel.label_estimates import LabelEstimate, fit_label_model
 from simprep.duel.label_model import LabelTriples
 from simprep.duel.semi_tied import ClassGaussians, CovarianceModel, SemiTied
+from simprep.duel.stream import PLAYERS as NAMES
 from simprep.duel.structures import PLAYERS, CoupledGraph, Transitions
 from simprep.errors import MotionError, SettingError
 
@@ -220,9 +221,18 @@ def train(graph: CoupledGraph, tracks: PairTracks, settings: TrainingSettings | 
 def train_player(
     graph: CoupledGraph, features: ActionFeatures, transitions: Transitions, player: int, settings: TrainingSettings
 ) -> TransitionModel:
-    """Learn one player's model from some of its transitions."""
+    """Learn one player's model from some of its transitions.
+
+    Raises:
+        MotionError: no more transitions than parameters.
+    """
     label = graph.actions.label[transitions.next]
     samples = features.samples(transitions)
+    if len(samples) <= samples.shape[1]:
+        raise MotionError(
+            f"player {NAMES[player]} changes its action {len(samples)} times; a model needs more than {samples.shape[1]} "
+            "changes (a longer stream)"
+        )
     goal = features.goal[transitions.next]
     seen = np.isfinite(goal).all(axis=1)
     labels = fit_label_model(

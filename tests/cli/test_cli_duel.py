@@ -57,7 +57,8 @@ def test_example_then_analyze(folder, capsys):
         "cuts.png",
         "components.png",
         "structures.png",
-    } <= written
+        "stream.npz",
+    } == written
 
 
 def test_a_stream_without_truth_needs_annotations(folder, capsys):
@@ -68,12 +69,39 @@ def test_a_stream_without_truth_needs_annotations(folder, capsys):
     assert not (folder / "none").exists()
     code, _, _ = run(
         capsys, "analyze", folder / "recorded.npz", "--annotations", folder / "out" / "labels.csv", "--cuts",
-        folder / "out" / "cuts.txt", "-o", folder / "own", "--splits", 1, "--components", 1, "--json",
+        folder / "out" / "cuts.txt", "-o", folder / "own", "--splits", 1, "--components", 1, "--no-figures", "--json",
     )  # fmt: skip
     assert code == 0
     tables = json.loads((folder / "own" / "tables.json").read_text())
     assert "cut_f1" not in tables
     assert "truth" not in tables["label_logprob"]
+
+
+def test_a_model_without_attacks_is_warned_of_when_made_and_when_used(folder, capsys):
+    labels = (folder / "out" / "labels.csv").read_text().splitlines()
+    quiet = [labels[0], *(line for line in labels[1:] if line.split(",")[5:10] == ["others"] * 5)]
+    assert len(quiet) > 20
+    (folder / "quiet.csv").write_text("\n".join(quiet) + "\n")
+    code, _, err = run(
+        capsys, "analyze", folder / "recorded.npz", "--annotations", folder / "quiet.csv", "--cuts",
+        folder / "out" / "cuts.txt", "-o", folder / "quiet", "--splits", 1, "--components", 1, "--no-figures",
+    )  # fmt: skip
+    assert code == 0
+    assert "warning: no action of the stream is labelled as an attack: there is no fight to learn from" in err
+    arguments = [
+        "fight",
+        "--model",
+        str(folder / "quiet"),
+        "--no-physics",
+        "--no-pictures",
+        "-o",
+        str(folder / "fight"),
+    ]
+    assert main([*arguments, "--seconds", "1"]) == 0
+    assert "warning: A never attacks in taekwondo_1" in capsys.readouterr().err
+    (folder / "wish.csv").write_text("time_s,action,x_m,y_m\n0,kick,,\n")
+    assert main([*arguments, "--mode", "interactive", "--requests", str(folder / "wish.csv")]) == 2
+    assert "player A has no 'kick' in the examples of this model; valid: no attack" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from simprep.duel.action_features import (
     summarise,
     turned,
 )
+from simprep.duel.labels import CODES
 from simprep.duel.model_store import read_model, save_model
 from simprep.duel.semi_tied import DiagonalCovariance
 from simprep.duel.structures import link_actions
@@ -195,7 +196,7 @@ def test_a_choice_takes_well_under_a_millisecond(made, model):
     assert (time.process_time() - begin) / 200 < 1e-3
 
 
-@pytest.mark.parametrize("label_model", ["eq9", "log_linear"])
+@pytest.mark.parametrize("label_model", ["eq9", "log_linear", "rules"])
 def test_a_saved_model_chooses_as_before(made, label_model, tmp_path):
     model = train(made.graph, made.tracks, TrainingSettings(label_model, DiagonalCovariance()))
     path = save_model(model, tmp_path / "model")
@@ -206,6 +207,11 @@ def test_a_saved_model_chooses_as_before(made, label_model, tmp_path):
         before, after = (m.players[0].candidates(code, code, x[:12], x[12:24], goal) for m in (model, read))
         assert np.array_equal(before.log_weight, after.log_weight)
         assert np.array_equal(before.example, after.example)
+    codes = made.graph.graphs[0].labels
+    for before, after in zip(model.players, read.players):
+        assert before.labels.kind == after.labels.kind == label_model
+        every = np.meshgrid(np.append(codes, CODES - 1), np.append(codes, CODES - 1))
+        np.testing.assert_array_equal(before.labels.distribution(*every), after.labels.distribution(*every))
     assert (read.fps, read.goal_delay) == (model.fps, model.goal_delay)
     assert np.array_equal(read.basis.components, model.basis.components)
 
@@ -247,7 +253,7 @@ def test_bad_input_is_refused(made, model):
     with pytest.raises(SettingError, match="12 finite parameters of each player"):
         model.players[0].sample(np.random.default_rng(0), 0, 0, np.full(12, np.nan), np.zeros(12))
     tiny = bout(np.random.default_rng(0), 0.2)
-    with pytest.raises(MotionError, match="a covariance needs more samples than parameters"):
+    with pytest.raises(MotionError, match=r"player A changes its action \d+ times; a model needs more than 36"):
         train(tiny.graph, tiny.tracks)
 
 
