@@ -26,10 +26,11 @@ class DuelImport:
     """The .npz file to write; default: the files' names joined by +, in the current folder."""
 
     like: Annotated[Path | None, tyro.conf.arg(metavar="STREAM", help_behavior_hint="")] = None
-    """Use the bodies of this stream, so that both can be joined; default: bodies with the recorded people's legs."""
+    """Use the bodies and the frame rate of this stream, so that both can be joined; default: bodies with the recorded
+    people's legs."""
 
     fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
-    """Frames per second of the result; default: the files', at most 60."""
+    """Frames per second of the result; default: that of --like, else the files', at most 60."""
 
     up: Literal["x", "y", "z"] | None = None
     """Vertical axis of the files; default: found."""
@@ -56,11 +57,11 @@ class DuelImport:
         if len(self.files) not in (1, 2):
             raise SettingError(f"{len(self.files)} files; valid: one per person, or one with both people")
         second = self.files[1] if len(self.files) == 2 else None
-        bodies = None
+        bodies, fps = None, self.fps
         if self.like is not None:
             a, b = read_stream(self.like).players
-            bodies = (a.body, b.body)
-        pair = import_pair(self.files[0], second, self.fps, self.up, self.scale, self.joint_map, bodies=bodies)
+            bodies, fps = (a.body, b.body), a.fps if fps is None else fps
+        pair = import_pair(self.files[0], second, fps, self.up, self.scale, self.joint_map, bodies=bodies)
         target = self.out or Path(f"{pair.stream.name}.npz")
         if target.resolve() in [file.resolve() for file in self.files]:
             raise MotionFileError(target, "is a file to import; give another with -o")

@@ -1,14 +1,19 @@
 """People recorded as joint positions: the same poses come back; gaps, missing joints and noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from duel_cases import bout
 
+from simprep.cli.main import main
 from simprep.duel.import_pair import import_pair
 from simprep.duel.positions import PositionSettings, position_clip, read_positions
 from simprep.duel.stream import root_distance
+from simprep.duel.stream_store import read_stream, save_stream
 from simprep.errors import MotionFileError, SettingError
-from simprep.humanoid import BODIES, SIDES
+from simprep.humanoid import BODIES, SIDES, Body
+from simprep.motion.edit import resample
 from simprep.motion.kinematics import forward_kinematics
 
 SHORT = {"thigh": "hip", "shank": "knee", "foot": "ankle", "upper_arm": "shoulder", "forearm": "elbow", "hand": "wrist"}
@@ -90,6 +95,20 @@ def test_people_swapped_halfway_give_a_warning(recorded, tmp_path):
     points[30:] = points[30:, ::-1]
     pair = import_pair(write(tmp_path / "p.npz", points, fps=30.0))
     assert any("exchange names at frame 30" in warning for warning in pair.report.warnings)
+
+
+def test_a_clip_like_another_can_be_joined_to_it(recorded, tmp_path, monkeypatch, capsys):
+    stream, points = recorded
+    monkeypatch.chdir(tmp_path)
+    write(tmp_path / "p.npz", points)
+    faster = [replace(resample(motion, 60.0), body=Body(1.7)) for motion in stream.players]
+    save_stream(replace(stream, players=tuple(faster)), "first.npz")
+    assert main(["duel", "import", "p.npz", "--like", "first.npz", "-o", "second.npz"]) == 0
+    assert main(["duel", "join", "first.npz", "second.npz", "-o", "both.npz"]) == 0
+    assert read_stream("both.npz").seams == (len(faster[0]),)
+    capsys.readouterr()
+    assert main(["duel", "import", "p.npz", "--like", "first.npz", "--fps", "0"]) == 2
+    assert "0" in capsys.readouterr().err
 
 
 def test_depth_camera_pairs_come_in(data_dir, tmp_path):
