@@ -100,14 +100,19 @@ class DuelAnalyze:
         annotate = None if path is None else (lambda table: read_annotations(path, table))
         with output.progress() as bar:
             task = bar.add_task("", total=len(STAGES))
+            reached = STAGES[0]
 
             def begin(stage: str) -> None:
+                nonlocal reached
+                reached = stage
                 bar.update(task, description=stage, completed=STAGES.index(stage))
 
             try:
                 found = analyse(stream, np.random.default_rng(self.seed), annotate, truth, cuts, settings, begin)
             except (MotionError, SettingError) as error:
-                raise MotionFileError(self.stream, str(error)) from None
+                # the evaluation learns from two thirds of the stream, with up to --components components
+                hint = " (a longer stream, or fewer --components)" if reached == "evaluation" else ""
+                raise MotionFileError(self.stream, f"{error}{hint}") from None
         for warning in found.tables["warnings"]:
             output.warn(warning)
         self.out.mkdir(parents=True, exist_ok=True)

@@ -77,6 +77,12 @@ class DuelImport:
         for player, imported in zip(PLAYERS, pair.imports):
             for warning in imported.warnings:
                 output.warn(f"{player}: {warning}")
+        if fps is not None and report.fps != fps:
+            output.warn(f"a saved stream keeps its {report.fps:g} frames per second; not {fps:g}")
+        if bodies is not None and any(motion.body != body for motion, body in zip(pair.stream.players, bodies)):
+            output.warn(
+                f"what simprep saved keeps its bodies, which are not those of {self.like}: the two cannot be joined"
+            )
         for warning in report.warnings:
             output.warn(warning)
         output.say(f"written: {written}")

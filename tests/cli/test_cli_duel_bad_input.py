@@ -204,6 +204,14 @@ def test_people_who_exchange_names_halfway_are_warned_of_once(files, tmp_path, m
     assert "(10.5" in err
 
 
+def test_saved_motions_and_streams_keep_bodies_and_rate_and_that_is_said(files, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    _, _, err = run(capsys, files, "import IN/a.npz IN/b.npz --like IN/other.npz -o out.npz")
+    assert "keeps its bodies" in err
+    _, _, err = run(capsys, files, "import IN/stream.npz --fps 60 -o out.npz")
+    assert err == "warning: a saved stream keeps its 30 frames per second; not 60\n"
+
+
 def test_no_attack_at_all_is_said(files, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     code, out, err = run(capsys, files, "label IN/stream.npz IN/quiet.csv --cuts IN/cuts.txt --json")
