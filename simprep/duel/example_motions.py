@@ -21,6 +21,7 @@ from simprep.errors import MotionError
 from simprep.humanoid import FEET, Body
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import rotation_matrix
+from simprep.preparation.planting import foot_heading
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -207,8 +208,7 @@ def _examples(stream: DuelStream, actions: ActionList, basis: PoseBasis, fps: fl
         kinematics = forward_kinematics(qpos, motion.body)
         poses.append(qpos)
         contacts.append(motion.contacts)
-        axes = rotation_matrix(kinematics.xquat[:, FEET])[..., :2, 0]
-        heading = np.arctan2(axes[..., 1], axes[..., 0])
+        heading = foot_heading(rotation_matrix(kinematics.xquat[:, FEET]))
         turning.append(np.concatenate([_turning(heading[first:after], stream.fps) for first, after in bounds]))
         both.append(kinematics)
         force = contact_force(kinematics.com, stream.fps, bounds)

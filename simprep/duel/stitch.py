@@ -12,13 +12,13 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial.transform import Rotation
 
 from simprep.errors import SettingError
-from simprep.humanoid import DEFAULT_BODY, FEET, SIDES, Body, hinge_index, humanoid_model
+from simprep.humanoid import DEFAULT_BODY, FEET, LEG_JOINTS, SIDES, Body, hinge_index, humanoid_model
 from simprep.library.curves import minimum_jerk
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.rotations import rotation_matrix
 from simprep.preparation.foot_ik import legs
-from simprep.preparation.planting import Standing, plant_feet
+from simprep.preparation.planting import Standing, foot_heading, plant_feet
 from simprep.preparation.settings import PreparationSettings
 
 FloatArray = NDArray[np.float64]
@@ -60,16 +60,17 @@ class StitchSettings:
 
 DEFAULT_STITCH = StitchSettings()
 _PLANTING = PreparationSettings()
-PIVOTING, HEEL_UP, HEEL_S = 0.7, 0.12, 0.04
-"""A standing foot that turns this fast [rad/s] raises its heel by this angle [rad]; how smoothly [s]."""
+PIVOTING, HEEL_UP, HEEL_S = 0.3, 0.18, 0.04
+"""A standing foot that turns this fast [rad/s] or faster stands on its toe, the heel raised by this angle [rad] from so long
+before to so long after, and as smoothly [s]: the ball must be clear of the floor, or it rubs."""
 DEEP_M, SINK_S = 0.005, 0.1
 """Feet deeper in the floor than this raise the pelvis [m], within this time [s]."""
 DEEPEST_M = 0.15
 """The pelvis sinks no farther than this for legs to reach [m]."""
-LOST_M, STEP_S = 0.03, 0.08
+LOST_M, STEP_S = 0.01, 0.08
 """A foot that is missed by more than this does not stand [m], nor from this long before to this long after [s]."""
-MOMENT_S = 0.1
-"""A leg without a solution for no longer than this passes from the last one to the next [s]."""
+GONE_M, MOMENT_S = 0.03, 0.1
+"""A leg that misses its place by more than this [m] for no longer than this passes from the last one to the next [s]."""
 LOOSE = 0.25
 """Half of the difference in heading is left to a standing foot where it is this large [rad]."""
 _DORSIFLEXION = [7 + hinge_index(f"{side}_ankle_dorsiflexion") for side in SIDES]
@@ -246,8 +247,7 @@ def stitch(
 def _feet(qpos: FloatArray, body: Body) -> tuple[FloatArray, FloatArray]:
     """Ankles on the floor (F, 2, 2) [m] and headings (F, 2) [rad] of the feet."""
     found = forward_kinematics(qpos, body)
-    axes = rotation_matrix(found.xquat[:, FEET])[..., :2, 0]
-    return found.xpos[:, FEET, :2], np.arctan2(axes[..., 1], axes[..., 0])
+    return found.xpos[:, FEET, :2], foot_heading(rotation_matrix(found.xquat[:, FEET]))
 
 
 def follow(turning: FloatArray, heading: FloatArray, contacts: BoolArray) -> FloatArray:
@@ -293,8 +293,10 @@ def plant(
     qpos = qpos.copy()
     start = minimum_jerk(np.arange(len(qpos)) / (ease_s * fps)) if ease_s > 0 else np.ones(len(qpos))
     speed = np.abs(np.gradient(turning, 1 / fps, axis=0)) * contacts
-    lift = gaussian_filter1d(np.minimum(speed / PIVOTING, 1.0), HEEL_S * fps, axis=0, mode="nearest")
-    qpos[:, _DORSIFLEXION] -= HEEL_UP * lift * start[:, None]
+    pivots = maximum_filter1d(np.minimum(speed / PIVOTING, 1.0), 2 * round(HEEL_S * fps) + 1, axis=0, mode="nearest")
+    lift = HEEL_UP * gaussian_filter1d(pivots, HEEL_S * fps, axis=0, mode="nearest") * start[:, None]
+    lowest = np.array([leg.low[LEG_JOINTS.index("ankle_dorsiflexion")] for leg in legs(body)])
+    qpos[:, _DORSIFLEXION] -= np.minimum(lift, np.maximum(qpos[:, _DORSIFLEXION] - lowest, 0.0))
     standing = Standing(ease_s, DEEPEST_M, turning, landing, yielding=True)
     made = _plant(qpos, contacts, fps, body, standing)
     lost = contacts & (made.miss > LOST_M)
@@ -315,7 +317,7 @@ def _mend(made: Stitched, fps: float, body: Body) -> Stitched:
     """Where a leg has no solution for a moment, its angles pass from those before to those after."""
     out, mended = made.qpos.copy(), False
     for side, leg in enumerate(legs(body)):
-        bad = made.miss[:, side] > LOST_M
+        bad = made.miss[:, side] > GONE_M
         bad[0] = False
         for first, after in stances(bad):
             if after < len(bad) and after - first <= MOMENT_S * fps:

@@ -73,7 +73,13 @@ def legs(body: Body = DEFAULT_BODY) -> tuple[Leg, Leg]:
 
 
 def solve_leg(
-    leg: Leg, pelvis: Array, pelvis_rotation: Array, ankle: Array, foot_rotation: Array, knee_axis: Array
+    leg: Leg,
+    pelvis: Array,
+    pelvis_rotation: Array,
+    ankle: Array,
+    foot_rotation: Array,
+    knee_axis: Array,
+    steep: float = 0.0,
 ) -> Array:
     """Hinge angles that put the foot where it should be.
 
@@ -84,6 +90,8 @@ def solve_leg(
         ankle: (T, 3) wanted origin of the foot, world [m].
         foot_rotation: (T, 3, 3) wanted orientation of the foot.
         knee_axis: (T, 3) about where the knee axis (y of the shank) points, world: tells the two solutions apart.
+        steep: where the sine of the angle between foot and leg is less than this, the knee axis tends to `knee_axis`, and
+            the foot turns with it: a foot in line with its leg says nothing about where the knee points.
 
     Returns:
         (T, 6) hinge angles in the order of `LEG_JOINTS`, within their limits [rad]: the nearest straight leg where the
@@ -99,7 +107,14 @@ def solve_leg(
     axis = np.cross(toe, down)
     hint = np.einsum("tji,tj->ti", pelvis_rotation, knee_axis)
     axis *= np.where((axis * hint).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
-    axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    axis /= np.maximum(length, 1e-9)
+    if steep > 0:
+        hint -= (hint * down).sum(axis=1, keepdims=True) * down
+        hint /= np.maximum(np.linalg.norm(hint, axis=1, keepdims=True), 1e-9)
+        share = np.maximum(1 - (length / steep) ** 2, 0.0) ** 2
+        axis += share * (hint - axis)
+        axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)
     forward = np.cross(down, axis)
     # thigh's angle before the hip-ankle line, in the leg's plane
     lean = np.arctan2(b * np.sin(knee), a + b * np.cos(knee))

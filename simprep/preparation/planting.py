@@ -27,6 +27,8 @@ _NOTHING = 1e-9
 _PASSES = 5
 _DEEP_M = 0.0005
 _FAR_M = 0.002
+_ASTRAY_M = 1e-4  # the point that carries a standing foot is missed by more than this
+_STEEP = 0.5
 _PIVOT = np.array([{"heel": 1e-3, "toe": 1.0}.get(part, 0.03) for part in FOOT_GEOMS])
 
 
@@ -37,10 +39,10 @@ class Standing:
     Attributes:
         ease_in: time within which the lowering of the pelvis sets in, where the first frame is given already [s].
         deepest: farthest lowering of the pelvis [m].
-        turning: (T, 2) heading of each foot, of which a standing foot keeps every change, as in the pivot of a kick [rad];
-            None: what the source turns, in proportion to 1 - weight.
+        turning: (T, 2) `foot_heading` of each foot, of which a standing foot keeps every change, as in the pivot of a kick
+            [rad]; None: what the source turns, in proportion to 1 - weight.
         landing: (T, 2, 4) corrections, as `Planted.corrections`, with which a foot lands that lands in this frame; None: 0.
-        yielding: where a joint limit keeps a foot from its place, it turns instead.
+        yielding: where a joint limit keeps a foot from its place, it turns instead, about the point that carries it.
     """
 
     ease_in: float = 0.0
@@ -110,6 +112,8 @@ def plant_feet(
         foot = FEET[side]
         track = _Track(leg, before.xpos[:, foot], rotation[:, foot])
         origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
+        if standing.turning is not None:
+            track.heading, origin.heading = foot_heading(track.rotation), foot_heading(origin.rotation)
         height = reference_height[..., side]
         value = _corrections(
             track, origin, contacts[:, side], weight, height, fps, settings, start[side], standing, side
@@ -139,15 +143,32 @@ def plant_feet(
                 aim[frames, side],
                 goal_rotation[frames, side],
                 rotation[frames, shank, :, 1],
+                _STEEP if standing.yielding else 0.0,
             )
         after = forward_kinematics(out, body)
         missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, body)
         if standing.yielding:
-            missed |= changed & _yield(aim, goal, goal_rotation, after, body)
+            missed |= changed & _yield(aim, goal, goal_rotation, after, contacts, body)
         if not missed.any():
             break
     error = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1)
     return Planted(out, error, drop, after, corrections)
+
+
+def foot_heading(rotation: Array) -> Array:
+    """Turn about the vertical that leaves nothing but a tilt, however steep the foot stands.
+
+    Of its toe's direction little is left on the floor when the heel is high; the turn (swing-twist decomposition) is defined
+    for every tilt but upside down.
+
+    Args:
+        rotation: (T, ..., 3, 3) orientations of feet.
+
+    Returns:
+        (T, ...) continuous over the first axis [rad].
+    """
+    sine, cosine = rotation[..., 1, 0] - rotation[..., 0, 1], rotation[..., 0, 0] + rotation[..., 1, 1]
+    return np.asarray(np.unwrap(np.arctan2(sine, cosine), axis=0))
 
 
 def _keep_carrying_points(
@@ -177,7 +198,9 @@ def _keep_carrying_points(
     return missed
 
 
-def _yield(aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, body: Body) -> NDArray[np.bool_]:
+def _yield(
+    aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, contacts: NDArray[np.bool_], body: Body
+) -> NDArray[np.bool_]:
     """Where a limit keeps a foot from its place, want the orientation that it got, turned about the point that carries.
 
     Args:
@@ -185,6 +208,7 @@ def _yield(aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, bod
         goal: (T, 2, 3) ankles wanted; changed in place.
         goal_rotation: (T, 2, 3, 3) feet wanted; changed in place.
         after: what came out.
+        contacts: (T, 2) supporting feet.
         body: the humanoid.
 
     Returns:
@@ -192,14 +216,20 @@ def _yield(aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, bod
     """
     off = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1) > _FAR_M
     for side, leg in enumerate(legs(body)):
-        frames = np.flatnonzero(off[:, side])
+        frames = np.flatnonzero(off[:, side] | contacts[:, side])
         wanted, found = goal_rotation[frames, side], rotation_matrix(after.xquat[frames, FEET[side]])
         points = wanted @ leg.points.T  # (N, 3, 4)
         height = points[:, 2] - leg.radii
         share = np.exp(-(height - height.min(axis=1, keepdims=True)) / _CARRY_M) * _PIVOT
         share /= share.sum(axis=1, keepdims=True)
         now = found @ leg.points.T
-        goal[frames, side] += ((points - now) * share[:, None]).sum(axis=2)
+        swung = ((points - now) * share[:, None]).sum(axis=2)
+        # a limit may leave the ankle where it should be and turn the point that carries away
+        astray = np.linalg.norm(goal[frames, side] - after.xpos[frames, FEET[side]] + swung, axis=1)
+        off[frames, side] |= astray > _ASTRAY_M
+        picked = off[frames, side]
+        frames, found, now, swung = frames[picked], found[picked], now[picked], swung[picked]
+        goal[frames, side] += swung
         deep = goal[frames, side, 2] + (now[:, 2] - leg.radii).min(axis=1)
         goal[frames, side, 2] -= np.minimum(deep, 0.0)
         aim[frames, side] = goal[frames, side]
@@ -269,6 +299,7 @@ def _corrections(
         own = _from_zero(steps)
         turn = begin[3] + own - (track.heading[part] - track.heading[first])
         stance = _Track(track.leg, track.ankle[part], track.rotation[part])
+        stance.heading = track.heading[part]
         before = _Track(track.leg, origin.ankle[part], origin.rotation[part])
         slip = np.diff(before.ankle[:, :2], axis=0) - before.rolling(np.zeros(after - first))
         twist = (track.heading[part] + turn - origin.heading[part])[:-1]

@@ -21,7 +21,7 @@ from simprep.duel.time_warp import Warp, WarpSettings, fit_warp
 from simprep.duel.transition_model import train
 from simprep.errors import MotionError, SettingError
 from simprep.humanoid import UPPER_BODY_HINGES, humanoid_model, standing_qpos
-from simprep.metrics.contact import floor_penetration, stance_drift
+from simprep.metrics.contact import floor_penetration, foot_slip, stance_drift
 from simprep.motion.edit import yaw
 
 SECONDS = 12.0
@@ -290,6 +290,10 @@ def test_standing_feet_stay_where_they_are(fight):
     assert len(drift) > 20
     assert np.percentile(drift, 95) < 0.005
     assert drift.max() < 0.03
+    # nor do they rub to and fro
+    path = np.concatenate([foot_slip(motion).stance_travel_m for motion in fight.stream.players])
+    assert np.percentile(path, 95) < 0.008
+    assert path.max() < 0.03
 
 
 def test_roots_do_not_jump_at_stitches(fight, examples):
