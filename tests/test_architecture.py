@@ -7,7 +7,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1] / "simprep"
 FLOW = ("motion", "library", "preparation", "behavior", "duel", "physics", "metrics", "report", "study", "cli")
-BASE = ("archive", "errors", "files", "humanoid", "scene")
+BASE = ("archive", "errors", "files", "humanoid", "scene", "threads")
 
 
 def imported_parts(source: str) -> set[str]:

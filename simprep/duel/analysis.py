@@ -26,6 +26,7 @@ from simprep.duel.structures import CoupledGraph, couple, link_actions
 from simprep.duel.transition_model import DuelModel, TrainingSettings, train
 from simprep.errors import SettingError
 from simprep.motion.contacts import detect_contacts
+from simprep.threads import one_thread
 
 IntArray = NDArray[np.int64]
 SCHEMA = "simprep.duel_analysis/1"
@@ -80,6 +81,7 @@ class Analysis:
     tables: dict[str, Any]
 
 
+@one_thread
 def analyse(
     stream: DuelStream,
     rng: np.random.Generator,
