@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simprep.duel.structures import ActionList, Transitions
 from simprep.errors import MotionError, SettingError
+from simprep.motion.rotations import wrap_angle
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -228,7 +229,7 @@ def action_parameters(summary: ActionSummaries, frame: FloorFrame, opponent: boo
     """
     # Straight ahead is 0 for both, so a pair that faces each other is far from the jump at pi.
     ahead = frame.toward + (np.pi if opponent else 0.0)
-    heading = np.remainder(summary.heading - ahead + np.pi, 2 * np.pi) - np.pi
+    heading = wrap_angle(summary.heading - ahead)
     return np.concatenate(
         [
             frame.point(summary.position),

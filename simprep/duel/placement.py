@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from simprep.duel.action_features import FloorFrame, turned
 from simprep.library.curves import minimum_jerk
+from simprep.motion.rotations import wrap_angle
 
 FloatArray = NDArray[np.float64]
 HALF_WAY = 0.5
@@ -83,5 +84,5 @@ def place(
         way = (aim.position - met[last]) * (last / max(aim.frames, 1))
         way *= min(1.0, longest / max(float(np.linalg.norm(way)), 1e-9))
         placed = met + minimum_jerk(np.arange(len(root)) / max(last, 1))[:, None] * way
-    correction = np.remainder(there - here + np.pi, 2 * np.pi) - np.pi
+    correction = wrap_angle(there - here)
     return Placement(placed, here + HALF_WAY * share * correction)

@@ -16,7 +16,7 @@ from simprep.humanoid import DEFAULT_BODY, FEET, LEG_JOINTS, SIDES, Body, hinge_
 from simprep.library.curves import minimum_jerk
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import Kinematics, forward_kinematics
-from simprep.motion.rotations import rotation_matrix
+from simprep.motion.rotations import rotation_matrix, wrap_angle
 from simprep.preparation.foot_ik import legs
 from simprep.preparation.planting import Standing, foot_heading, plant_feet
 from simprep.preparation.settings import PreparationSettings
@@ -187,7 +187,7 @@ def plan_steps(
     """
     out = contacts.copy()
     stray = np.linalg.norm(ankles[length - 1] - ankles[0], axis=-1)
-    turned = np.abs(np.remainder(headings[length - 1] - headings[0] + np.pi, 2 * np.pi) - np.pi)
+    turned = np.abs(wrap_angle(headings[length - 1] - headings[0]))
     need = np.maximum(stray / settings.stray_m, turned / settings.stray_rad)
     for side in np.argsort(-need):
         if need[side] < 1 or not contacts[:length, side].all():
@@ -238,7 +238,7 @@ def stitch(
     wanted, facing = _feet(target, body)
     landing = np.zeros((len(qpos), 2, 4))
     landing[..., :2] = wanted - natural
-    landing[..., 3] = np.remainder(facing - heading + np.pi, 2 * np.pi) - np.pi
+    landing[..., 3] = wrap_angle(facing - heading)
     made = plant(qpos, planned, follow(turning, heading, planned), fps, body, settings.ease_s, landing)
     made.qpos[0] = seam.poses[1]
     return made

@@ -13,6 +13,7 @@ from simprep.duel.stream import DuelStream
 from simprep.errors import MotionError
 from simprep.humanoid import BODIES, SIDES
 from simprep.motion.kinematics import Kinematics
+from simprep.motion.rotations import wrap_angle
 
 FloatArray = NDArray[np.float64]
 ENDS = tuple(f"{side}_{part}" for part in ("hand", "foot") for side in SIDES)
@@ -157,7 +158,7 @@ def find_strike(track: PairTrack) -> Strike:
     frame, end = (int(index) for index in np.unravel_index(np.argmax(gained[:, actor]), gained[:, actor].shape))
     gap = track.root[frame, ::-1] - track.root[frame]
     direction = np.arctan2(gap[:, 1], gap[:, 0])
-    angle = np.degrees(np.abs((direction - track.heading[frame] + np.pi) % (2 * np.pi) - np.pi))
+    angle = np.degrees(np.abs(wrap_angle(direction - track.heading[frame])))
     return Strike(
         actor,
         ENDS[end],

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import HINGES, UPPER_BODY_HINGES, hinge_index
-from simprep.motion.rotations import multiply_quat
+from simprep.motion.rotations import multiply_quat, wrap_angle
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
@@ -97,7 +97,7 @@ def split_heading(quat: Array) -> tuple[Array, Array]:
     sine = np.hypot(sx, sy)
     angle = 2 * np.arctan2(sine, norm)
     scale = np.where(sine > 1e-12, angle / np.where(sine > 1e-12, sine, 1.0), 2.0)
-    return np.asarray((heading + np.pi) % (2 * np.pi) - np.pi), np.stack([scale * sx, scale * sy], axis=-1)
+    return wrap_angle(heading), np.stack([scale * sx, scale * sy], axis=-1)
 
 
 def join_heading(heading: Array, tilt: Array) -> Array:
