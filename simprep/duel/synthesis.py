@@ -16,7 +16,6 @@ To act while a fight goes on, step it:
 """
 
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,12 +31,12 @@ from simprep.duel.action_features import (
 from simprep.duel.choice import Choice, Chooser, Situation
 from simprep.duel.example_motions import ExampleMotions
 from simprep.duel.fight import NONE, Fight, FightAction
+from simprep.duel.fighter_track import FighterTrack, Performed
 from simprep.duel.placement import Aim, place
 from simprep.duel.stitch import Seam, StitchSettings, plant, stitch
 from simprep.duel.stream import DuelStream
 from simprep.duel.time_warp import Warp, WarpSettings, fit_warp
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import N_QPOS
 from simprep.motion.edit import yaw
 from simprep.motion.kinematics import Kinematics
 from simprep.motion.motion import Motion
@@ -62,60 +61,6 @@ class SynthesisSettings:
     stitch: StitchSettings = field(default_factory=StitchSettings)
     warp: WarpSettings | None = field(default_factory=WarpSettings)
     longest_drift_m: float = 0.6
-
-
-@dataclass(frozen=True)
-class Performed:
-    """An action of the fight with what later choices need.
-
-    Attributes:
-        action: which, and when.
-        index: of the example, appended recordings included.
-        summary: means over its frames.
-    """
-
-    action: FightAction
-    index: int
-    summary: ActionSummaries
-
-
-class _Track:
-    """What one fighter has done and will do until the end of the current action; grows as the fight goes on."""
-
-    def __init__(self) -> None:
-        self.qpos = np.empty((0, N_QPOS))
-        self.contacts = np.empty((0, 2), dtype=bool)
-        self.com = np.empty((0, 2))
-        self.lift = np.empty((0, 2))
-        self.pose = np.empty((0, 0))
-        self.done: list[Performed] = []
-
-    def put(self, first: int, qpos: FloatArray, contacts: BoolArray, kinematics: Kinematics, pose: FloatArray) -> None:
-        """Frames from `first` on; what was there is replaced, what lay beyond is dropped."""
-        lift = kinematics.foot_points[..., 2].min(axis=-1)
-        parts: dict[str, Any] = {
-            "qpos": qpos, "contacts": contacts, "com": kinematics.com[:, :2], "lift": lift, "pose": pose,
-        }  # fmt: skip
-        for name, new in parts.items():
-            old = getattr(self, f"_{name}", None)
-            size = first + len(new)
-            if old is None or len(old) < size:
-                grown = np.empty((2 * size + 512, *new.shape[1:]), dtype=new.dtype)
-                if old is not None:
-                    grown[: len(old)] = old
-                setattr(self, f"_{name}", grown)
-                old = grown
-            old[first:size] = new
-            setattr(self, name, old[:size])
-
-    @property
-    def current(self) -> Performed:
-        """What is being performed, or was last."""
-        return self.done[-1]
-
-    def during(self, frame: int) -> Performed:
-        """What was performed at a frame."""
-        return next(one for one in reversed(self.done) if one.action.start <= frame)
 
 
 class Bout:
@@ -144,7 +89,7 @@ class Bout:
     ) -> None:
         self.examples, self.choosers, self.rng = examples, choosers, rng
         self.settings = settings or SynthesisSettings()
-        self._tracks = (_Track(), _Track())
+        self._tracks = (FighterTrack(), FighterTrack())
         if start is None:
             frames = examples.guard_frames()
             if not len(frames):
@@ -378,7 +323,7 @@ class Bout:
     def _known(self, index: int) -> int:
         return index if index < self.examples.known else NONE
 
-    def _summary(self, track: _Track, action: FightAction) -> ActionSummaries:
+    def _summary(self, track: FighterTrack, action: FightAction) -> ActionSummaries:
         part = slice(action.start, action.end)
         return summarise(track.qpos[part, :2], yaw(track.qpos[part, 3:7]), track.pose[part], self.fps)
 
