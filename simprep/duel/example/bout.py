@@ -9,9 +9,10 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from simprep.duel.example.perform import Performance, perform
+from simprep.duel.example.planned import FPS, Fighter
 from simprep.duel.example.policy import GeneratingPolicy, kind_table
 from simprep.duel.example.presets import ExampleSettings
-from simprep.duel.example.schedule import FPS, Fighter, draw_clip
+from simprep.duel.example.schedule import draw_clip
 from simprep.duel.example.truth import Truth
 from simprep.duel.stream import DuelStream
 from simprep.humanoid import N_QPOS, humanoid_model

@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from simprep.duel.example.kinds import SIDES, context_of
 from simprep.duel.example.pieces import PITCH, PIVOT
-from simprep.duel.example.schedule import FPS, Fighter, Planned
+from simprep.duel.example.planned import FPS, Fighter, Planned
 from simprep.humanoid import GRAVITY
 from simprep.library.feet import FootPath, Stance, ankle_height
 from simprep.library.limbs import SIGNS

@@ -17,7 +17,7 @@ from simprep.duel.example.footwork import Stay, foot_path, pressure_point, stays
 from simprep.duel.example.heave import Heave, heave
 from simprep.duel.example.kinds import SIDES
 from simprep.duel.example.pieces import CHANNELS, FIRST_HINGE, PITCH, PIVOT, Piece, guard_posture
-from simprep.duel.example.schedule import FPS, Fighter, Planned
+from simprep.duel.example.planned import FPS, Fighter, Planned
 from simprep.humanoid import FEET, GRAVITY, LEG_JOINTS, N_QPOS, hinge_index, humanoid_model
 from simprep.library.balance import com_from_zmp
 from simprep.library.curves import key_curve, minimum_jerk
