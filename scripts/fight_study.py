@@ -18,12 +18,12 @@ from numpy.typing import NDArray
 
 from simprep.duel.action_features import turned
 from simprep.duel.alertness import Alertness, run
-from simprep.duel.analysis import AnalysisSettings, analyse, match_actions
+from simprep.duel.analysis import analyse, match_actions
 from simprep.duel.avatar import Avatar, Steering, displacements
 from simprep.duel.baselines import IndependentChooser, RandomChooser
 from simprep.duel.choice import Chooser, ModelChooser
+from simprep.duel.default_model import model_analysis
 from simprep.duel.drawing import DrawingChooser
-from simprep.duel.evaluation import EvaluationSettings
 from simprep.duel.example.bout import make_example
 from simprep.duel.example.kinds import KIND_OF, attacks, context_of
 from simprep.duel.example.presets import preset
@@ -34,7 +34,6 @@ from simprep.duel.fight_model import FightModel
 from simprep.duel.held_out import held_out_actions, learn_before, split_frame
 from simprep.duel.labels import ASPECTS, ATTACKING_QUALIFIERS, QUALIFIERS, Label, decode
 from simprep.duel.passive import ReactingChooser, RecordedChooser
-from simprep.duel.semi_tied import PRIOR_COUNT
 from simprep.duel.stream import DuelStream, facing_error
 from simprep.duel.structures import REQUESTS
 from simprep.duel.synthesis import Bout
@@ -96,13 +95,7 @@ class Setup:
 def set_up(name: str, seed: int) -> Setup:
     """Make the stream, analyse it, learn from two thirds."""
     example = make_example(preset(name), seed)
-    few = EvaluationSettings(splits=1, components=(1,), prior_counts=(PRIOR_COUNT,))
-    found = analyse(
-        example.stream,
-        np.random.default_rng(seed),
-        truth=example.truth,
-        settings=AnalysisSettings(proposed=True, evaluation=few),
-    )
+    found = analyse(example.stream, np.random.default_rng(seed), truth=example.truth, settings=model_analysis())
     whole = FightModel(found.model, example.stream)
     model = learn_before(whole, split_frame(whole))
     alertness = Alertness.of(model.model.graph, model.stream.fps, model.learned_until)

@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -10,6 +11,9 @@ from simprep.duel.example.presets import ExampleSettings, preset
 from simprep.duel.fight_model import FightModel, read_fight_model, save_fight_model
 from simprep.errors import MotionFileError
 from simprep.library.cache import PACKAGES, SOURCES, cache_folder, code_key, drop_old_versions, edited_since_import
+
+if TYPE_CHECKING:
+    from simprep.duel.analysis import AnalysisSettings
 
 SEED = 0
 """Of the stream, and of what is annotated in it."""
@@ -59,22 +63,28 @@ def default_fight_model(progress: Progress | None = None, settings: ExampleSetti
     return made
 
 
-def _made(settings: ExampleSettings, progress: Progress | None) -> FightModel:
-    from simprep.duel.analysis import STAGES, AnalysisSettings, analyse
+def model_analysis() -> "AnalysisSettings":
+    """How a built-in stream is analysed for its model: annotated as proposed; of the evaluation, which no one reads, the least."""
+    from simprep.duel.analysis import AnalysisSettings
     from simprep.duel.evaluation import EvaluationSettings
-    from simprep.duel.example.bout import make_example
     from simprep.duel.semi_tied import PRIOR_COUNT
+
+    least = EvaluationSettings(splits=1, components=(1,), prior_counts=(PRIOR_COUNT,))
+    return AnalysisSettings(proposed=True, evaluation=least)
+
+
+def _made(settings: ExampleSettings, progress: Progress | None) -> FightModel:
+    from simprep.duel.analysis import STAGES, analyse
+    from simprep.duel.example.bout import make_example
 
     say: Progress = progress or (lambda what, share: None)
     say("built-in stream", 0.0)
     example = make_example(settings, SEED, lambda done, count: say("built-in stream", done / count))
-    # no one reads this evaluation: the least of it
-    few = EvaluationSettings(splits=1, components=(1,), prior_counts=(PRIOR_COUNT,))
     found = analyse(
         example.stream,
         np.random.default_rng(SEED),
         truth=example.truth,
-        settings=AnalysisSettings(proposed=True, evaluation=few),
+        settings=model_analysis(),
         progress=lambda stage: say(stage, STAGES.index(stage) / len(STAGES)),
     )
     return FightModel(found.model, example.stream)
