@@ -116,7 +116,9 @@ def generate(number: int, seed: int = 9, seconds: float = 3.0) -> GeneratedClip:
     kind = KINDS[number]
     fps = (24, 30, 60, 120)[number % 4]
     family = RECOGNISED[number % len(RECOGNISED)]
-    rest = ("t", "a", "down", "t", "x", "random")[rng.integers(6)] if family != "bandai" else "x"
+    # a crouch without a standing rest pose does not tell what is up
+    rests = ("t", "a", "down", "t") if kind == "crouch" else ("t", "a", "down", "t", "x", "random")
+    rest = rests[rng.integers(len(rests))] if family != "bandai" or kind == "crouch" else "x"
     up = ("y", "z")[int(rng.random() < 0.35)]
     unit = tuple(UNITS)[rng.integers(len(UNITS))]
     spine = int(rng.integers(1, 5))
