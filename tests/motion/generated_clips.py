@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from joint_names import FAMILIES, PARTS, RECOGNISED
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
@@ -21,41 +22,6 @@ FINE_FPS = 240
 """Rate at which a movement is made before it is sampled at the file's [1/s]."""
 MARGIN = np.radians(5.0)
 """Hinges stay this far inside their limits [rad]."""
-
-_PARTS = ("thigh", "shank", "foot", "toe", "collar", "upper_arm", "forearm", "hand")
-_L, _R = ("Left", "Right"), ("L", "R")
-_TABLE = {
-    # family: root, spine joints, neck, head, side words, pattern, names of _PARTS
-    "mixamo": ("mixamorig:Hips", ("mixamorig:Spine", "mixamorig:Spine1", "mixamorig:Spine2", "mixamorig:Spine3"),
-               "mixamorig:Neck", "mixamorig:Head", _L, "mixamorig:{s}{p}",
-               ("UpLeg", "Leg", "Foot", "ToeBase", "Shoulder", "Arm", "ForeArm", "Hand")),
-    "cmu": ("Hips", ("LowerBack", "Spine", "Spine1", "Spine2"), "Neck", "Head", _L, "{s}{p}",
-            ("UpLeg", "Leg", "Foot", "ToeBase", "Shoulder", "Arm", "ForeArm", "Hand")),
-    "lafan1": ("Hips", ("Spine", "Spine1", "Spine2", "Spine3"), "Neck", "Head", _L, "{s}{p}",
-               ("UpLeg", "Leg", "Foot", "Toe", "Shoulder", "Arm", "ForeArm", "Hand")),
-    "bandai": ("Hips", ("Spine", "Chest", "Chest1", "Chest2"), "Neck", "Head", _R, "{p}_{s}",
-               ("UpperLeg", "LowerLeg", "Foot", "Toes", "Shoulder", "UpperArm", "LowerArm", "Hand")),
-    "biped": ("Bip01_Pelvis", ("Bip01_Spine", "Bip01_Spine1", "Bip01_Spine2", "Bip01_Spine3"), "Bip01_Neck",
-              "Bip01_Head", _R, "Bip01_{s}_{p}",
-              ("Thigh", "Calf", "Foot", "Toe0", "Clavicle", "UpperArm", "Forearm", "Hand")),
-    "poser": ("Hips", ("Abdomen", "Chest", "Chest1", "Chest2"), "Neck", "Head", _L, "{s}{p}",
-              ("Hip", "Knee", "Ankle", "Toe", "Collar", "Shoulder", "Elbow", "Wrist")),
-    "character_creator": ("CC_Base_Hip", ("CC_Base_Waist", "CC_Base_Spine01", "CC_Base_Spine02", "CC_Base_Spine03"),
-                          "CC_Base_NeckTwist01", "CC_Base_Head", _R, "CC_Base_{s}_{p}",
-                          ("Thigh", "Calf", "Foot", "ToeBase", "Clavicle", "Upperarm", "Forearm", "Hand")),
-    "smpl": ("Pelvis", ("Spine1", "Spine2", "Spine3", "Spine4"), "Neck", "Head", _R, "{s}_{p}",
-             ("Hip", "Knee", "Ankle", "Foot", "Collar", "Shoulder", "Elbow", "Wrist")),
-    "daz": ("hip", ("abdomen", "chest", "chest1", "chest2"), "neck", "head", ("l", "r"), "{s}{p}",
-            ("Thigh", "Shin", "Foot", "Toe", "Collar", "Shldr", "ForeArm", "Hand")),
-}  # fmt: skip
-FAMILIES = {
-    family: {"hips": root, **{f"spine{n}": name for n, name in enumerate(spine)}, "neck": neck, "head": head,
-             **{f"{side}_{part}": pattern.format(s=word, p=name)
-                for side, word in zip(SIDES, words) for part, name in zip(_PARTS, parts)}}
-    for family, (root, spine, neck, head, words, pattern, parts) in _TABLE.items()
-}  # fmt: skip
-"""Family to {our role: its joint name}."""
-RECOGNISED = tuple(name for name in FAMILIES if name != "daz")
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254}
 TURNS = {"z": np.eye(3), "y": np.array([[0.0, 0, 1], [1, 0, 0], [0, 1, 0]])}
@@ -318,7 +284,7 @@ def bvh_of(
     rest_turn = Rotation.from_quat(forward_kinematics(rest_qpos[None]).xquat[0], scalar_first=True)
     local = {body: np.array(model.body_pos[1 + k]) for k, body in enumerate(BODIES)}
     size = rng.uniform(0.9, 1.1)
-    longer = {part: size * rng.uniform(0.95, 1.05) for part in (*_PARTS, "spine", "neck", "head")}
+    longer = {part: size * rng.uniform(0.95, 1.05) for part in (*PARTS, "spine", "neck", "head")}
     # node: role, parent, world rotation, name of the body whose rest orientation it has, offset in the parent's frame
     nodes: list[tuple[str, str, Rotation, str, NDArray[np.float64]]] = [
         ("hips", "", turn["pelvis"], "pelvis", np.zeros(3))

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from generated_clips import FAMILIES, LIMBS, TURNS
+from generated_clips import LIMBS, TURNS
+from joint_names import FAMILIES
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
