@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from simprep.humanoid import Body, humanoid_model
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import foot_geom_ids
+from simprep.motion.targets import unit
 
 
 @dataclass(frozen=True)
@@ -35,6 +36,14 @@ class FootholdSettings:
         softness: points within about this height of the lowest share its hold [m].
         upright: a shank whose rise is less than this share of its length does not stand on its foot.
         resting: a foot this high does not stand, whatever its speed [m].
+        heel: largest change of the pitch of a foot that rolls [rad].
+        along: weight of an ankle's error along the leg over one across it.
+        own_pitch: price of that change [m/rad].
+        own_heading: a knee that is out by this much counts as much as the heading of the foot [m].
+        torsion: largest turn of a foothold towards the knee [rad].
+        grip: a foot whose ankle would be farther than this from where the leg has it lets go [m],
+        slip: this much earlier or later at most [s].
+        tip: largest turn of a swinging foot that brings its sole out of the floor [rad].
         ease: longest time over which a correction fades in a swing [s].
     """
 
@@ -50,7 +59,15 @@ class FootholdSettings:
     softness: float = 0.006
     upright: float = 0.45
     resting: float = 0.012
-    ease: float = 0.4
+    heel: float = 0.4
+    along: float = 3.0
+    own_pitch: float = 0.05
+    own_heading: float = 0.08
+    torsion: float = 0.45
+    grip: float = 0.025
+    slip: float = 0.12
+    tip: float = 0.6
+    ease: float = 0.14
 
 
 @dataclass(frozen=True)
@@ -83,6 +100,7 @@ def sole_points(feet: FootPoses, body: Body) -> NDArray[np.float64]:
 
 def place_feet(
     feet: FootPoses,
+    hips: NDArray[np.float64],
     knees: NDArray[np.float64],
     contacts: NDArray[np.bool_],
     fps: float,
@@ -93,7 +111,8 @@ def place_feet(
 
     Args:
         feet: poses as they are, the floor near z = 0.
-        knees: (T, 2, 3) knees, for how far the ankles bend [m].
+        hips: (T, 2, 3) hips [m], and
+        knees: (T, 2, 3) knees, for how far the ankles bend and which way the legs fold [m].
         contacts: (T, 2) standing feet.
         fps: frames per second [1/s].
         body: the humanoid.
@@ -116,13 +135,20 @@ def place_feet(
             if np.median(shank[part, 2] / np.linalg.norm(shank[part], axis=1)) < settings.upright:
                 held.append((first, after))  # kneeling or lying: it touches the floor, but is no foothold
                 continue
-            stance = _Stance(points[part, side], feet.rotation[part, side], centres[side], radii[side], settings)
+            fold = _fold(hips[part, side], knees[part, side], feet.position[part, side])
+            stance = _Stance(
+                points[part, side], feet.rotation[part, side], centres[side], radii[side],
+                feet.position[part, side], unit(hips[part, side] - feet.position[part, side]), fold, settings,
+            )  # fmt: skip
             for begin, end in _still_parts(stance, fps, settings):
                 whole = (begin, end) == (0, after - first)
-                position[first + begin : first + end, side], rotation[first + begin : first + end, side] = _hold(
-                    stance, slice(begin, end), shank[part], turning=whole and stance.turns
-                )
-                held.append((first + begin, first + end))
+                place, turn = _hold(stance, slice(begin, end), shank[part], turning=whole and stance.turns)
+                early, late = _grip(place - stance.ankle[begin:end], fps, settings)
+                contacts[first + begin : first + begin + early, side] = False
+                contacts[first + begin + late : first + end, side] = False
+                span = slice(first + begin + early, first + begin + late)
+                position[span, side], rotation[span, side] = place[early:late], turn[early:late]
+                held.append((span.start, span.stop))
             own = [hold for hold in held if hold[0] >= first]
             slides += [(side, *part) for part in _slides(own, (first, after), points[:, side], settings)]
         moved = position[:, side] - feet.position[:, side]
@@ -139,6 +165,10 @@ def place_feet(
         contacts[first:after, side] &= ~bearing[first:after, 1 - side]
     # a swinging foot passes over the floor; a standing foot between two footholds turns on it
     low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
+    for side in range(2):
+        sunk = np.flatnonzero((low[:, side] < 0) & ~contacts[:, side])
+        rotation[sunk, side] = _tip(rotation[sunk, side], position[sunk, side, 2], centres[side], radii[side], settings)
+    low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
     contacts &= low < settings.resting
     position[..., 2] -= np.where(bearing, np.minimum(low, settings.resting), np.minimum(0.0, low))
     return FootPoses(position, rotation), contacts
@@ -153,9 +183,13 @@ class _Stance:
         rotation: NDArray[np.float64],
         centres: NDArray[np.float64],
         radii: NDArray[np.float64],
+        ankle: NDArray[np.float64],
+        leg: NDArray[np.float64],
+        fold: NDArray[np.float64],
         settings: FootholdSettings,
     ) -> None:
         self.points, self.centres, self.radii, self.settings = points, centres, radii, settings
+        self.ankle, self.leg, self.fold = ankle, leg, fold
         heading = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
         self.pitch = np.arcsin(np.clip(-rotation[:, 2, 0], -1, 1))
         self.heading = np.unwrap(heading)
@@ -170,6 +204,25 @@ class _Stance:
         self.flatness = np.exp(-((self.pitch / settings.flat_within) ** 2)) + 1e-3
         flat = self.flatness > 0.5 * self.flatness.max()
         self.slides = bool(np.ptp(self.place[flat], axis=0).max() > settings.sliding)
+
+
+def _fold(hip: NDArray[np.float64], knee: NDArray[np.float64], ankle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How far and which way the knee is off the line from hip to ankle, in plan (n, 2) [m]."""
+    line = ankle - hip
+    share = ((knee - hip) * line).sum(axis=-1, keepdims=True) / np.maximum((line**2).sum(axis=-1, keepdims=True), 1e-9)
+    return np.asarray((knee - hip - share * line)[:, :2])
+
+
+def _towards_knee(heading: float, fold: NDArray[np.float64], settings: FootholdSettings) -> float:
+    """Turn of a foothold that lets the knee stay where it folds to: our shank has no torsion, people's has [rad].
+
+    The least-squares compromise between the foot's own heading and the knee's, which counts by how far it is out.
+    """
+    out = np.linalg.norm(fold, axis=-1)
+    off = (np.arctan2(fold[:, 1], fold[:, 0]) - heading + np.pi) % (2 * np.pi) - np.pi
+    weight = np.where(np.abs(off) < np.pi / 2, out**2, 0.0)
+    turn = float((weight * off).sum() / (weight.sum() + len(fold) * settings.own_heading**2))
+    return float(np.clip(turn, -settings.torsion, settings.torsion))
 
 
 def _still_parts(stance: _Stance, fps: float, settings: FootholdSettings) -> list[tuple[int, int]]:
@@ -220,8 +273,12 @@ def _hold(
     weight, points = stance.weight[part], stance.points[part]
     heading = stance.heading[part]
     if not turning:
-        heading = np.full(len(heading), np.average(heading, weights=stance.flatness[part]))
+        mean = float(np.average(heading, weights=stance.flatness[part]))
+        heading = np.full(len(heading), mean + _towards_knee(mean, stance.fold[part], settings))
     pitch = _flatten(stance.pitch[part], settings)
+    if not turning:
+        anchors = _anchors(points, heading[0], weight * stance.flatness[part, None], centres)
+        pitch = _rolling_pitch(pitch, heading[0], anchors, stance.ankle[part], stance.leg[part], centres, radii, settings)
     roll = np.zeros_like(pitch)
     new = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=-1)).as_matrix()
     # beyond the ankle's range the heel rises, or the sole tilts sideways
@@ -236,14 +293,122 @@ def _hold(
         ball = reach[:, 1:3, :2].mean(axis=1)
         plan = np.median(points[:, 1:3, :2].mean(axis=1), axis=0) - ball
     else:
-        level = Rotation.from_euler("Z", heading[0]).as_matrix()
-        local = (centres @ level.T)[:, :2]  # sole points of the flat foot about its ankle
-        bearing = weight * stance.flatness[part, None]
-        anchors = np.average((points[..., :2] - local).reshape(-1, 2), axis=0, weights=bearing.ravel()) + local
-        hold = np.exp(-(height - height.min(axis=1, keepdims=True)) / settings.softness)
-        hold /= hold.sum(axis=1, keepdims=True)
-        plan = np.einsum("np,npi->ni", hold, anchors - reach[..., :2])
+        plan = _held_by(anchors - reach[..., :2], height, settings)
+        plan += (stance.ankle[part, :2] - plan).mean(axis=0)
     return np.concatenate([plan, -height.min(axis=1)[:, None]], axis=1), new
+
+
+def _anchors(
+    points: NDArray[np.float64], heading: float, bearing: NDArray[np.float64], centres: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Places (4, 2) of the sole's points in the flat foothold that fits a stance best [m]."""
+    local = (centres @ Rotation.from_euler("Z", heading).as_matrix().T)[:, :2]  # about the ankle of the flat foot
+    return np.average((points[..., :2] - local).reshape(-1, 2), axis=0, weights=bearing.ravel()) + local
+
+
+def _held_by(
+    offset: NDArray[np.float64], height: NDArray[np.float64], settings: FootholdSettings
+) -> NDArray[np.float64]:
+    """Mean of offsets (..., 4, 2) over the lowest points, heights (..., 4)."""
+    hold = np.exp(-(height - height.min(axis=-1, keepdims=True)) / settings.softness)
+    return np.asarray(np.einsum("...p,...pi->...i", hold / hold.sum(axis=-1, keepdims=True), offset))
+
+
+def _rolling_pitch(
+    pitch: NDArray[np.float64],
+    heading: float,
+    anchors: NDArray[np.float64],
+    ankle: NDArray[np.float64],
+    leg: NDArray[np.float64],
+    centres: NDArray[np.float64],
+    radii: NDArray[np.float64],
+    settings: FootholdSettings,
+) -> NDArray[np.float64]:
+    """Pitch (n,) with which a rolling foot has its ankle nearest to the leg's: feet differ in length, legs do not wait.
+
+    Args:
+        pitch: (n,) of the source's foot, the toe down [rad].
+        heading: of the foothold [rad].
+        anchors: (4, 2) places of the sole's points [m].
+        ankle: (n, 3) where the leg has the ankle [m].
+        leg: (n, 3) direction from ankle to hip (unit).
+        centres: (4, 3) of the sole's spheres in the foot's frame [m].
+        radii: (4,) of the spheres [m].
+        settings: thresholds.
+    """
+    change = np.linspace(-settings.heel, settings.heel, 13)
+    tried = pitch[:, None] + change  # (n, 13)
+    sine, cosine = np.sin(tried)[..., None], np.cos(tried)[..., None]
+    ahead = cosine * centres[:, 0] + sine * centres[:, 2]
+    height = cosine * centres[:, 2] - sine * centres[:, 0] - radii
+    forward = np.array([np.cos(heading), np.sin(heading)])
+    aside = np.array([-forward[1], forward[0]])
+    reach = ahead[..., None] * forward + centres[:, 1, None] * aside
+    place = _held_by(anchors - reach, height, settings)
+    off = np.concatenate([place, -height.min(axis=-1)[..., None]], axis=-1) - ankle[:, None]  # (n, 13, 3)
+    # an error along the leg bends the knee, one across it only turns the leg
+    along = np.einsum("npi,ni->np", off, leg)
+    cost = (off**2).sum(axis=-1) + (settings.along**2 - 1) * along**2
+    # a flat foot stays flat
+    rolling = np.clip((np.abs(pitch) - settings.flat_within / 2) / settings.flat_within, 0.0, 1.0)
+    cost += (settings.own_pitch * change) ** 2
+    best = np.clip(cost.argmin(axis=1), 1, len(change) - 2)
+    rows = np.arange(len(pitch))
+    before, at, after = (cost[rows, best + step] for step in (-1, 0, 1))
+    vertex = 0.5 * (before - after) / np.maximum(before - 2 * at + after, 1e-12)
+    found = change[best] + np.clip(vertex, -1.0, 1.0) * (change[1] - change[0])
+    return np.asarray(pitch + rolling**2 * (3 - 2 * rolling) * found)
+
+
+def _grip(off: NDArray[np.float64], fps: float, settings: FootholdSettings) -> tuple[int, int]:
+    """First and last frame (excluded) of a hold without the ends at which its ankle (n, 3) is far off the leg's [m].
+
+    The last moments of a push-off are of that kind: people's toes bend, ours do not.
+    """
+    far = np.linalg.norm(off, axis=-1) > settings.grip
+    longest = min(round(settings.slip * fps), len(off) // 3)
+    early = next((frame for frame in range(longest) if not far[frame]), longest)
+    late = next((frame for frame in range(longest) if not far[len(off) - 1 - frame]), longest)
+    return early, len(off) - late
+
+
+def _tip(
+    rotation: NDArray[np.float64],
+    ankle: NDArray[np.float64],
+    centres: NDArray[np.float64],
+    radii: NDArray[np.float64],
+    settings: FootholdSettings,
+) -> NDArray[np.float64]:
+    """Orientations (n, 3, 3) with toe or heel tipped up, as far as that brings the sole out of the floor.
+
+    Args:
+        rotation: (n, 3, 3) of feet that pass through the floor.
+        ankle: (n,) heights of their ankles [m].
+        centres: (4, 3) of the sole's spheres in the foot's frame [m].
+        radii: (4,) of the spheres [m].
+        settings: thresholds.
+    """
+    heading = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
+    axis = np.stack([-np.sin(heading), np.cos(heading), np.zeros(len(heading))], axis=-1)
+    arms = np.einsum("nij,pj->npi", rotation, centres)
+    forward = np.cross(axis, [0.0, 0.0, 1.0])
+    ahead = np.einsum("npi,ni->np", arms, forward)
+    change = np.linspace(0.0, settings.tip, 13)
+    best = np.zeros(len(ankle))
+    depth = (ankle[:, None] + arms[..., 2] - radii).min(axis=1)
+    for sign in (-1.0, 1.0):  # turning by a positive angle lowers what is ahead
+        turned = sign * change[:, None, None]
+        height = (ankle[:, None] + np.cos(turned) * arms[..., 2] - np.sin(turned) * ahead - radii).min(axis=2).T
+        clear = height >= 0
+        first = np.where(clear.any(axis=1), clear.argmax(axis=1), height.argmax(axis=1))
+        rows = np.arange(len(ankle))
+        before, after = height[rows, np.maximum(first - 1, 0)], height[rows, first]
+        share = np.where(clear.any(axis=1), -before / np.maximum(after - before, 1e-9), 1.0)
+        angle = sign * (change[np.maximum(first - 1, 0)] + share * (change[first] - change[np.maximum(first - 1, 0)]))
+        reached = np.minimum(after, 0.0)
+        take = (reached > depth + 1e-6) & ((reached > np.where(best == 0, depth, 0) + 1e-6) | (best == 0))
+        best = np.where(take & ((best == 0) | (np.abs(angle) < np.abs(best))), angle, best)
+    return np.asarray(Rotation.from_rotvec(best[:, None] * axis).as_matrix() @ rotation)
 
 
 def _flatten(angle: NDArray[np.float64], settings: FootholdSettings) -> NDArray[np.float64]:

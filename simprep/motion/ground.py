@@ -13,6 +13,7 @@ from simprep.motion.retarget import RetargetSettings, residual_mm, solve
 from simprep.motion.set_down import set_down
 from simprep.motion.targets import ORIENTED, Targets, unit
 
+HIPS = (BODIES.index("left_thigh"), BODIES.index("right_thigh"))
 KNEES = (BODIES.index("left_shank"), BODIES.index("right_shank"))
 ARMS_AND_KNEES = tuple(
     BODIES.index(name) for name in BODIES if name.endswith(("hand", "forearm", "shank")) or name in ("pelvis", "head")
@@ -21,6 +22,8 @@ LIMB_RADIUS = 0.045
 """Radius of the limbs where they touch the floor, for finding it [m]."""
 UNEVEN = 0.08
 """Footholds whose heights range over more than this do not stand on one level floor [m]."""
+ROUNDS = 4
+FOLLOW_S = 0.03
 PREROLL_S = 0.25
 HOVERING = 0.01
 """Being set down by more than this is worth a warning [m]."""
@@ -58,19 +61,27 @@ def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | No
     whole = _three_cycles(targets) if cyclic else targets
     levelled, warnings = level_floor(whole, body)
     feet = FootPoses(levelled.positions[:, FEET], levelled.orientations[:, 3:5])
-    contacts = contacts_of_points(sole_points(feet, body), targets.fps)
-    placed, contacts = place_feet(feet, levelled.positions[:, KNEES], contacts, targets.fps, body)
-    whole = _follow(levelled, placed, contacts, body)
+    touching = contacts_of_points(sole_points(feet, body), targets.fps)
+    whole = levelled
+    for _ in range(ROUNDS):
+        # the body follows its feet, and their footholds follow the body
+        feet = FootPoses(whole.positions[:, FEET], levelled.orientations[:, 3:5])
+        placed, contacts = place_feet(feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, body)
+        shift = _smooth_mean(placed.position - feet.position, contacts, FOLLOW_S * targets.fps)
+        whole = replace(whole, positions=whole.positions + shift[:, None])
+    feet = FootPoses(whole.positions[:, FEET], levelled.orientations[:, 3:5])
+    placed, contacts = place_feet(feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, body)
+    whole = _follow(whole, placed, contacts, body)
     if cyclic:
         before = min(n, round(PREROLL_S * targets.fps))
         keep = slice(n - before, 2 * n)
         part = replace(whole, positions=whole.positions[keep], orientations=whole.orientations[keep])
-        qpos = solve(part, contacts[keep], body, settings)[before:]
+        qpos = solve(part, contacts[keep], body, settings).qpos[before:]
         contacts = contacts[n : 2 * n]
         assert targets.step is not None
         qpos[:, :3] -= targets.step
     else:
-        qpos = solve(whole, contacts, body, settings)
+        qpos = solve(whole, contacts, body, settings).qpos
     lowered = set_down(qpos, targets.fps, body, cyclic)
     if lowered.max(initial=0.0) > HOVERING:
         warnings.append(f"the body hovered over the floor by up to {lowered.max():.2f} m without falling: set down")

@@ -1,6 +1,7 @@
 """Inverse kinematics of whole clips with `mink`: our joints to their targets, within their limits, over the floor."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import mink
@@ -11,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from simprep.errors import MotionError
 from simprep.humanoid import BODIES, N_QVEL, Body, hinge_index, humanoid_model
+from simprep.motion.limb_paths import Limb, limb_path
 from simprep.motion.targets import ORIENTED, Targets, frame_from, unit
 
 
@@ -23,33 +25,46 @@ class RetargetSettings:
         trunk_cost: the same for the spine, neck and head, which other skeletons divide differently.
         head_cost: weight of the head's orientation [1/rad].
         hand_cost: weight of a hand's orientation [1/rad].
-        foot_cost: weight of a foot's orientation [1/rad].
+        foot_cost: weight of a foot's tilt [1/rad].
+        foot_turn_cost: weight of its heading [1/rad], which in our body, without torsion of the shank, turns the knee.
         stance_knee_cost: factor on the position of its knee, which decides the heading together with the foot.
         stance_cost: factor on the position of a foot that stands.
-        stance_turn_cost: factor on its orientation.
-        posture_cost: pull of every hinge to 0 [1/rad], for what nothing else decides (twist of a straight limb).
+        stance_tilt_cost: factor on its tilt.
+        stance_turn_cost: factor on its heading.
+        posture_cost: pull of every hinge to its closed form [1/rad], for what nothing else decides (twist of a straight limb).
         neck_cost: the same for the rotations of neck and head, which would else turn against each other to imitate the
             head's side bending that our body lacks.
-        damping_cost: pull of every hinge to its value in the frame before [1/rad].
-        iterations: largest number of steps per frame, from the frame before.
+        iterations: largest number of steps per frame.
         tolerance: a step that turns no joint by more than this is the last [rad].
-        first_iterations: steps of the first frame, from a closed form.
     """
 
     position_cost: float = 1.0
     trunk_cost: float = 0.5
     head_cost: float = 0.15
     hand_cost: float = 0.03
-    foot_cost: float = 0.15
+    foot_cost: float = 0.1
+    foot_turn_cost: float = 0.03
     stance_cost: float = 10.0
-    stance_turn_cost: float = 8.0
-    stance_knee_cost: float = 0.3
+    stance_tilt_cost: float = 10.0
+    stance_turn_cost: float = 4.0
+    stance_knee_cost: float = 2.0
     posture_cost: float = 0.004
     neck_cost: float = 0.03
-    damping_cost: float = 0.01
-    iterations: int = 2
+    iterations: int = 30
     tolerance: float = 0.02
-    first_iterations: int = 20
+
+
+@dataclass(frozen=True)
+class Solution:
+    """Poses found by the inverse kinematics.
+
+    Attributes:
+        qpos: (T, 44).
+        unsettled: (T,) frames whose last step was still larger than the tolerance.
+    """
+
+    qpos: NDArray[np.float64]
+    unsettled: NDArray[np.bool_]
 
 
 class BodyTask(mink.Task):  # type: ignore[misc]
@@ -62,6 +77,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         turn = np.repeat(
             np.array([settings.head_cost, *[settings.hand_cost] * 2, *[settings.foot_cost] * 2]) * oriented, 3
         )
+        turn[[11, 14]] = settings.foot_turn_cost * oriented[3:]
         self.base_cost = np.concatenate([cost.ravel(), turn])
         super().__init__(cost=self.base_cost.copy(), gain=1.0, lm_damping=0.0)
         self.bodies = np.arange(1, 1 + len(BODIES))
@@ -83,7 +99,8 @@ class BodyTask(mink.Task):  # type: ignore[misc]
                 cost[3 * foot : 3 * foot + 3] *= self.settings.stance_cost
                 cost[3 * foot - 3 : 3 * foot] *= self.settings.stance_knee_cost
                 turn = 3 * len(BODIES) + 3 * (3 + number)
-                cost[turn : turn + 3] *= self.settings.stance_turn_cost
+                cost[turn : turn + 2] *= self.settings.stance_tilt_cost
+                cost[turn + 2] *= self.settings.stance_turn_cost
         self.cost = cost
 
     def compute_error(self, configuration: Any) -> NDArray[np.float64]:
@@ -157,66 +174,74 @@ class FloorLimit(mink.Limit):  # type: ignore[misc]
         return mink.Constraint(rows, height[close])
 
 
-def closed_form_pose(targets: Targets, frame: int, body: Body) -> NDArray[np.float64]:
-    """A pose near a frame's targets in closed form, from which the iterations start.
+def closed_form(targets: Targets, body: Body) -> NDArray[np.float64]:
+    """Poses near the targets in closed form, from which the iterations start; no frame starts from another.
 
-    Trunk: the rotation from pelvis to chest, half to each spine joint. Limbs: Euler angles (flexion, abduction,
-    rotation) of the frame that the limb's two bones span; starting elsewhere, a bent limb can stop in a mirror image.
+    Trunk: the rotation from pelvis to chest, half to each spine joint; from chest to head, half to neck and head. Limbs:
+    see `simprep.motion.limb_paths`. Feet and hands: Euler angles of their orientation against shank and forearm.
 
     Args:
         targets: where the joints should be.
-        frame: which frame.
         body: the humanoid.
 
     Returns:
-        (44,) qpos within the limits.
+        (T, 44) qpos within the limits.
     """
     model = humanoid_model(body)
-    at = dict(zip(BODIES, targets.positions[frame]))
-    qpos = np.array(model.qpos0)
+    at = {name: targets.positions[:, number] for number, name in enumerate(BODIES)}
     pelvis = frame_from(at["left_thigh"] - at["right_thigh"], at["abdomen"] - at["pelvis"])
     thorax = frame_from(at["left_upper_arm"] - at["right_upper_arm"], at["neck"] - at["thorax"])
-    qpos[:3] = at["pelvis"]
-    qpos[3:7] = Rotation.from_matrix(pelvis).as_quat(scalar_first=True)
-    half = Rotation.from_rotvec(Rotation.from_matrix(pelvis.T @ thorax).as_rotvec() / 2)
-    flexion, bending, rotation = _euler_yxz(half.as_matrix())
+    qpos = np.tile(model.qpos0, (len(targets.positions), 1))
+    qpos[:, :3] = at["pelvis"]
+    qpos[:, 3:7] = Rotation.from_matrix(pelvis).as_quat(scalar_first=True)
 
-    def put(name: str, angle: float) -> None:
+    def put(name: str, angle: NDArray[np.float64]) -> None:
         index = hinge_index(name)
-        low, high = model.jnt_range[1 + index]
-        qpos[7 + index] = np.clip(angle, low, high)
+        qpos[:, 7 + index] = np.clip(angle, *model.jnt_range[1 + index])
 
+    half = Rotation.from_rotvec(Rotation.from_matrix(np.swapaxes(pelvis, -1, -2) @ thorax).as_rotvec() / 2)
+    flexion, bending, rotation = half.as_euler("YXZ").T
     for segment in ("lumbar", "thorax"):
         put(f"{segment}_flexion", flexion)
         put(f"{segment}_bending", -bending)
         put(f"{segment}_rotation", rotation)
-    for side, sign in (("left", 1.0), ("right", -1.0)):
-        for proximal, middle, distal, parent, forward, joint in (
-            ("upper_arm", "forearm", "hand", thorax, 1.0, "shoulder"),
-            ("thigh", "shank", "foot", pelvis, -1.0, "hip"),
-        ):
-            down = unit(at[f"{side}_{middle}"] - at[f"{side}_{proximal}"])
-            lower = unit(at[f"{side}_{distal}"] - at[f"{side}_{middle}"])
-            bend = float(np.arccos(np.clip(down @ lower, -1, 1)))
-            # x: where the limb folds to; of a straight limb, the parent's forward
-            x = forward * (lower - down * (down @ lower)) if bend > 0.15 else parent[:, 0]
-            limb = frame_from(np.cross(-down, x), -down)
-            flexion, abduction, rotation = _euler_yxz(parent.T @ limb)
-            put(f"{side}_{joint}_flexion", -flexion)
-            put(f"{side}_{joint}_abduction", sign * abduction)
-            put(f"{side}_{joint}_rotation", -sign * rotation)
-            put(f"{side}_{'elbow' if joint == 'shoulder' else 'knee'}_flexion", max(bend, 0.1))
+    if targets.oriented[0]:
+        head = np.swapaxes(thorax, -1, -2) @ targets.orientations[:, 0]
+        flexion, bending, rotation = Rotation.from_matrix(head).as_euler("YXZ").T
+        put("neck_bending", -bending)
+        for segment in ("neck", "head"):
+            put(f"{segment}_flexion", flexion / 2)
+            put(f"{segment}_rotation", rotation / 2)
+    for number, (side, sign) in enumerate((("left", 1.0), ("right", -1.0))):
+        arm = _limb_into(qpos, model, targets, thorax, (f"{side}_upper_arm", f"{side}_forearm", f"{side}_hand"))
+        if targets.oriented[1 + number]:
+            hand = np.swapaxes(arm, -1, -2) @ targets.orientations[:, 1 + number]
+            pronation, flexion, deviation = Rotation.from_matrix(hand).as_euler("ZXY").T
+            put(f"{side}_forearm_pronation", -sign * pronation)
+            put(f"{side}_wrist_flexion", -sign * flexion)
+            put(f"{side}_wrist_deviation", -deviation)
+        leg = _limb_into(qpos, model, targets, pelvis, (f"{side}_thigh", f"{side}_shank", f"{side}_foot"))
+        if targets.oriented[3 + number]:
+            foot = np.swapaxes(leg, -1, -2) @ targets.orientations[:, 3 + number]
+            flexion, inversion, _ = Rotation.from_matrix(foot).as_euler("YXZ").T
+            put(f"{side}_ankle_dorsiflexion", -flexion)
+            put(f"{side}_ankle_inversion", -sign * inversion)
     return qpos
 
 
-def _euler_yxz(rotation: NDArray[np.float64]) -> tuple[float, float, float]:
-    """Angles of R = Ry Rx Rz, the order of our shoulders and hips; at the singularity some valid ones."""
-    middle = np.arcsin(np.clip(-rotation[1, 2], -1, 1))
-    return (
-        float(np.arctan2(rotation[0, 2], rotation[2, 2])),
-        float(middle),
-        float(np.arctan2(rotation[1, 0], rotation[1, 1])),
-    )
+def _limb_into(
+    qpos: NDArray[np.float64], model: Any, targets: Targets, parent: NDArray[np.float64], names: tuple[str, str, str]
+) -> NDArray[np.float64]:
+    """Fill in a limb's four hinges; returns the orientations of its second bone (T, 3, 3)."""
+    first, middle, distal = (1 + BODIES.index(name) for name in names)
+    limb = Limb.of_model(model, first, middle, distal)
+    place = [targets.positions[:, body - 1] for body in (first, middle, distal)]
+    bones = [np.einsum("tji,tj->ti", parent, unit(b - a)) for a, b in pairwise(place)]
+    angles = limb_path(limb, bones[0], bones[1], targets.fps)
+    shoulder = int(model.jnt_qposadr[model.body_jntadr[first]])
+    elbow = int(model.jnt_qposadr[model.body_jntadr[middle]])
+    qpos[:, shoulder : shoulder + 3], qpos[:, elbow] = angles[:, :3], angles[:, 3]
+    return np.asarray(parent @ limb.orientation(angles))
 
 
 def solve(
@@ -225,8 +250,8 @@ def solve(
     body: Body,
     settings: RetargetSettings | None = None,
     floor: bool = True,
-) -> NDArray[np.float64]:
-    """Poses that follow the targets, every frame from the one before.
+) -> Solution:
+    """Poses that follow the targets, every frame from its own closed form.
 
     Args:
         targets: where the joints should be.
@@ -236,36 +261,38 @@ def solve(
         floor: keep the body over the floor z = 0.
 
     Returns:
-        (T, 44) qpos.
+        The poses, and the frames that did not settle.
 
     Raises:
         MotionError: no solution (targets that are not finite).
     """
     settings = settings or RetargetSettings()
     model = humanoid_model(body)
-    configuration = mink.Configuration(model, closed_form_pose(targets, 0, body))
+    start = closed_form(targets, body)
+    configuration = mink.Configuration(model, start[0])
     task = BodyTask(model, settings, targets.oriented)
-    posture_cost = np.full(N_QVEL, settings.posture_cost)
-    posture_cost[:6] = 0.0
+    pull = np.full(N_QVEL, settings.posture_cost)
+    pull[:6] = 0.0
     for name in ("neck_rotation", "head_rotation"):
-        posture_cost[6 + hinge_index(name)] = settings.neck_cost
-    posture = mink.PostureTask(model, cost=posture_cost)
-    posture.set_target(np.array(model.qpos0))
-    hinge_cost = np.full(N_QVEL, settings.damping_cost)
-    hinge_cost[:6] = 0.0
-    damping = mink.DampingTask(model, cost=hinge_cost)
+        pull[6 + hinge_index(name)] = settings.neck_cost
+    posture = mink.PostureTask(model, cost=pull)
     limits = [mink.ConfigurationLimit(model)]
     if floor:
         limits.append(FloorLimit(model))
-    tasks = [task, posture, damping]
-    out = np.empty((len(targets.positions), model.nq))
-    for frame in range(len(out)):
+    tasks = [task, posture]
+    out = np.empty_like(start)
+    unsettled = np.zeros(len(start), dtype=bool)
+    for frame in range(len(start)):
         task.set_target(targets.positions[frame], targets.orientations[frame], standing[frame])
-        for _ in range(settings.iterations if frame else settings.first_iterations):
+        posture.set_target(start[frame])
+        configuration.update(start[frame])
+        for _ in range(settings.iterations):
             if _step(configuration, tasks, limits) < settings.tolerance:
                 break
+        else:
+            unsettled[frame] = True
         out[frame] = configuration.q
-    return out
+    return Solution(out, unsettled)
 
 
 def _step(configuration: Any, tasks: list[Any], limits: list[Any]) -> float:
