@@ -1,4 +1,4 @@
-"""Where standing feet belong: on the floor and still, rolling over heel and toe; and how the swing leads there.
+"""Where standing feet belong: on the floor and still, rolling over heel and toe.
 
 A standing foot keeps one foothold: the place and heading of its flat sole that fits the whole stance best. While it
 tilts, its lowest points stay on their places in that flat foothold, so heel strike and toe-off roll without sliding. A
@@ -6,7 +6,6 @@ foot that turns on the spot (the standing foot of a kick) keeps the place of its
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,6 +43,7 @@ class FootholdSettings:
         grip: a foot whose ankle would be farther than this from where the leg has it lets go [m],
         slip: this much earlier or later at most [s].
         tip: largest turn of a swinging foot that brings its sole out of the floor [rad].
+        straighten: a knee is not straightened by more than this to set a sliding foot down [rad].
         ease: longest time over which a correction fades in a swing [s].
     """
 
@@ -65,7 +65,8 @@ class FootholdSettings:
     own_heading: float = 0.08
     torsion: float = 0.45
     grip: float = 0.025
-    slip: float = 0.12
+    slip: float = 0.2
+    straighten: float = 0.1
     tip: float = 0.6
     ease: float = 0.14
 
@@ -98,16 +99,33 @@ def sole_points(feet: FootPoses, body: Body) -> NDArray[np.float64]:
     return np.asarray(points)
 
 
-def place_feet(
+@dataclass(frozen=True)
+class Held:
+    """Feet where they stand.
+
+    Attributes:
+        feet: poses; held in the frames of `spans`, as they were elsewhere.
+        bearing: (T, 2) feet on the floor, without those that let go early.
+        contacts: (T, 2) the same without a foot that slides to another place while the other one bears.
+        spans: of each foot, the (first frame, frame after the last) in which it is held.
+    """
+
+    feet: FootPoses
+    bearing: NDArray[np.bool_]
+    contacts: NDArray[np.bool_]
+    spans: tuple[list[tuple[int, int]], list[tuple[int, int]]]
+
+
+def hold_feet(
     feet: FootPoses,
     hips: NDArray[np.float64],
     knees: NDArray[np.float64],
     contacts: NDArray[np.bool_],
     fps: float,
     body: Body,
-    settings: FootholdSettings | None = None,
-) -> tuple[FootPoses, NDArray[np.bool_]]:
-    """Feet that stand on the floor z = 0 without sliding wherever `contacts` says so, and pass smoothly in between.
+    settings: FootholdSettings,
+) -> Held:
+    """Standing feet on the floor z = 0, without sliding.
 
     Args:
         feet: poses as they are, the floor near z = 0.
@@ -116,62 +134,40 @@ def place_feet(
         contacts: (T, 2) standing feet.
         fps: frames per second [1/s].
         body: the humanoid.
-        settings: thresholds; None for the defaults.
-
-    Returns:
-        the poses, and the contacts without the frames in which a foot slid to another place.
+        settings: thresholds.
     """
-    settings = settings or FootholdSettings()
     centres, radii = sole_geometry(body)
-    contacts = contacts.copy()
+    bearing = contacts.copy()
     position, rotation = feet.position.copy(), feet.rotation.copy()
     points = sole_points(feet, body)
     slides: list[tuple[int, int, int]] = []
-    for side in range(2):
+    spans: tuple[list[tuple[int, int]], list[tuple[int, int]]] = ([], [])
+    for side, held in enumerate(spans):
         shank = knees[:, side] - feet.position[:, side]
-        held = []
         for first, after in stances(contacts[:, side]):
             part = slice(first, after)
             if np.median(shank[part, 2] / np.linalg.norm(shank[part], axis=1)) < settings.upright:
                 held.append((first, after))  # kneeling or lying: it touches the floor, but is no foothold
                 continue
-            fold = _fold(hips[part, side], knees[part, side], feet.position[part, side])
+            ankle, hip = feet.position[part, side], hips[part, side]
             stance = _Stance(
                 points[part, side], feet.rotation[part, side], centres[side], radii[side],
-                feet.position[part, side], unit(hips[part, side] - feet.position[part, side]), fold, settings,
+                ankle, unit(hip - ankle), _fold(hip, knees[part, side], ankle), settings,
             )  # fmt: skip
+            earlier = len(held)
             for begin, end in _still_parts(stance, fps, settings):
                 whole = (begin, end) == (0, after - first)
                 place, turn = _hold(stance, slice(begin, end), shank[part], turning=whole and stance.turns)
-                early, late = _grip(place - stance.ankle[begin:end], fps, settings)
-                contacts[first + begin : first + begin + early, side] = False
-                contacts[first + begin + late : first + end, side] = False
+                early, late = _grip(place - ankle[begin:end], fps, settings)
                 span = slice(first + begin + early, first + begin + late)
+                bearing[first + begin : span.start, side] = bearing[span.stop : first + end, side] = False
                 position[span, side], rotation[span, side] = place[early:late], turn[early:late]
                 held.append((span.start, span.stop))
-            own = [hold for hold in held if hold[0] >= first]
-            slides += [(side, *part) for part in _slides(own, (first, after), points[:, side], settings)]
-        moved = position[:, side] - feet.position[:, side]
-        turn = rotation[:, side] @ np.swapaxes(feet.rotation[:, side], -1, -2)
-        turned = Rotation.from_matrix(turn).as_rotvec()
-        longest = max(2, round(settings.ease * fps))
-        for offset in (moved, turned):
-            _ease(offset, held, longest)
-        position[:, side] = feet.position[:, side] + moved
-        rotation[:, side] = Rotation.from_rotvec(turned).as_matrix() @ feet.rotation[:, side]
-    # a foot that slides does not bear, if the other one does
-    bearing = contacts.copy()
+            slides += [(side, *slide) for slide in _slides(held[earlier:], (first, after), points[:, side], settings)]
+    contacts = bearing.copy()
     for side, first, after in slides:
         contacts[first:after, side] &= ~bearing[first:after, 1 - side]
-    # a swinging foot passes over the floor; a standing foot between two footholds turns on it
-    low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
-    for side in range(2):
-        sunk = np.flatnonzero((low[:, side] < 0) & ~contacts[:, side])
-        rotation[sunk, side] = _tip(rotation[sunk, side], position[sunk, side, 2], centres[side], radii[side], settings)
-    low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
-    contacts &= low < settings.resting
-    position[..., 2] -= np.where(bearing, np.minimum(low, settings.resting), np.minimum(0.0, low))
-    return FootPoses(position, rotation), contacts
+    return Held(FootPoses(position, rotation), bearing, contacts, spans)
 
 
 class _Stance:
@@ -278,7 +274,9 @@ def _hold(
     pitch = _flatten(stance.pitch[part], settings)
     if not turning:
         anchors = _anchors(points, heading[0], weight * stance.flatness[part, None], centres)
-        pitch = _rolling_pitch(pitch, heading[0], anchors, stance.ankle[part], stance.leg[part], centres, radii, settings)
+        pitch = _rolling_pitch(
+            pitch, heading[0], anchors, stance.ankle[part], stance.leg[part], centres, radii, settings
+        )
     roll = np.zeros_like(pitch)
     new = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=-1)).as_matrix()
     # beyond the ankle's range the heel rises, or the sole tilts sideways
@@ -372,98 +370,5 @@ def _grip(off: NDArray[np.float64], fps: float, settings: FootholdSettings) -> t
     return early, len(off) - late
 
 
-def _tip(
-    rotation: NDArray[np.float64],
-    ankle: NDArray[np.float64],
-    centres: NDArray[np.float64],
-    radii: NDArray[np.float64],
-    settings: FootholdSettings,
-) -> NDArray[np.float64]:
-    """Orientations (n, 3, 3) with toe or heel tipped up, as far as that brings the sole out of the floor.
-
-    Args:
-        rotation: (n, 3, 3) of feet that pass through the floor.
-        ankle: (n,) heights of their ankles [m].
-        centres: (4, 3) of the sole's spheres in the foot's frame [m].
-        radii: (4,) of the spheres [m].
-        settings: thresholds.
-    """
-    heading = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
-    axis = np.stack([-np.sin(heading), np.cos(heading), np.zeros(len(heading))], axis=-1)
-    arms = np.einsum("nij,pj->npi", rotation, centres)
-    forward = np.cross(axis, [0.0, 0.0, 1.0])
-    ahead = np.einsum("npi,ni->np", arms, forward)
-    change = np.linspace(0.0, settings.tip, 13)
-    best = np.zeros(len(ankle))
-    depth = (ankle[:, None] + arms[..., 2] - radii).min(axis=1)
-    for sign in (-1.0, 1.0):  # turning by a positive angle lowers what is ahead
-        turned = sign * change[:, None, None]
-        height = (ankle[:, None] + np.cos(turned) * arms[..., 2] - np.sin(turned) * ahead - radii).min(axis=2).T
-        clear = height >= 0
-        first = np.where(clear.any(axis=1), clear.argmax(axis=1), height.argmax(axis=1))
-        rows = np.arange(len(ankle))
-        before, after = height[rows, np.maximum(first - 1, 0)], height[rows, first]
-        share = np.where(clear.any(axis=1), -before / np.maximum(after - before, 1e-9), 1.0)
-        angle = sign * (change[np.maximum(first - 1, 0)] + share * (change[first] - change[np.maximum(first - 1, 0)]))
-        reached = np.minimum(after, 0.0)
-        take = (reached > depth + 1e-6) & ((reached > np.where(best == 0, depth, 0) + 1e-6) | (best == 0))
-        best = np.where(take & ((best == 0) | (np.abs(angle) < np.abs(best))), angle, best)
-    return np.asarray(Rotation.from_rotvec(best[:, None] * axis).as_matrix() @ rotation)
-
-
 def _flatten(angle: NDArray[np.float64], settings: FootholdSettings) -> NDArray[np.float64]:
     return np.asarray(angle**3 / (angle**2 + settings.flattening**2))
-
-
-def _ease(offset: NDArray[np.float64], runs: list[tuple[int, int]], longest: int) -> None:
-    """Fill the frames outside of the stances, in place: cubic passages that keep value and slope at the stances."""
-    n = len(offset)
-    if not runs:
-        return
-    limits = [(0, runs[0][0])] + [(a[1], b[0]) for a, b in pairwise(runs)] + [(runs[-1][1], n)]
-    for first, after in limits:
-        gap = after - first
-        if gap <= 0:
-            continue
-        value = np.zeros((2, offset.shape[1]))
-        slope = np.zeros((2, offset.shape[1]))
-        if first > 0:
-            value[0] = offset[first - 1]
-            slope[0] = offset[first - 1] - offset[max(first - 2, 0)]
-        if after < n:
-            value[1] = offset[after]
-            slope[1] = offset[min(after + 1, n - 1)] - offset[after]
-        inner = first > 0 and after < n
-        at = np.arange(1, gap + 1)
-        if inner and gap + 1 <= 2 * longest:
-            offset[first:after] = _hermite(at, gap + 1, value[0], value[1], slope[0], slope[1])
-            continue
-        # a long flight, or one that begins or ends with the clip: each correction fades by itself
-        zero = np.zeros_like(value[0])
-        span = min(longest, gap + 1) if not inner else longest
-        out = np.zeros((gap, offset.shape[1]))
-        if first > 0:
-            near = at <= span
-            out[near] += _hermite(at[near], span, value[0], zero, slope[0], zero)
-        if after < n:
-            back = gap + 1 - at
-            near = back <= span
-            out[near] += _hermite(back[near], span, value[1], zero, -slope[1], zero)
-        offset[first:after] = out
-
-
-def _hermite(
-    at: NDArray[np.intp],
-    span: int,
-    begin: NDArray[np.float64],
-    end: NDArray[np.float64],
-    slope_begin: NDArray[np.float64],
-    slope_end: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    u = (at / span)[:, None]
-    return np.asarray(
-        (2 * u**3 - 3 * u**2 + 1) * begin
-        + (u**3 - 2 * u**2 + u) * span * slope_begin
-        + (3 * u**2 - 2 * u**3) * end
-        + (u**3 - u**2) * span * slope_end
-    )

@@ -8,7 +8,8 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from simprep.humanoid import BODIES, FEET, GRAVITY, SIDES, Body, humanoid_model
 from simprep.motion.contacts import contacts_of_points, stances
-from simprep.motion.footholds import FootPoses, place_feet, sole_points
+from simprep.motion.foot_passage import place_feet
+from simprep.motion.footholds import FootPoses, sole_points
 from simprep.motion.retarget import RetargetSettings, residual_mm, solve
 from simprep.motion.set_down import set_down
 from simprep.motion.targets import ORIENTED, Targets, unit
@@ -66,11 +67,15 @@ def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | No
     for _ in range(ROUNDS):
         # the body follows its feet, and their footholds follow the body
         feet = FootPoses(whole.positions[:, FEET], levelled.orientations[:, 3:5])
-        placed, contacts = place_feet(feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, body)
+        placed, contacts = place_feet(
+            feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, body
+        )
         shift = _smooth_mean(placed.position - feet.position, contacts, FOLLOW_S * targets.fps)
         whole = replace(whole, positions=whole.positions + shift[:, None])
     feet = FootPoses(whole.positions[:, FEET], levelled.orientations[:, 3:5])
-    placed, contacts = place_feet(feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, body)
+    placed, contacts = place_feet(
+        feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, body
+    )
     whole = _follow(whole, placed, contacts, body)
     if cyclic:
         before = min(n, round(PREROLL_S * targets.fps))

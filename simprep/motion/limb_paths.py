@@ -27,6 +27,8 @@ LEAST_WORTH = np.radians(3.0)
 """Smoothness is not worth more error than this [rad]."""
 LEAST_JUMP = 1.0
 """A hinge that turns by more than this from frame to frame has changed its branch [rad]."""
+FAR = 0.3
+"""A branch farther than this outside of the limits is not searched where the other is inside [rad]."""
 SETTLED = 1e-3
 """A fit that moves no hinge by more than this has settled [rad]."""
 
@@ -152,7 +154,7 @@ def candidates(limb: Limb, wanted: Array) -> Array:
     x, y, z = wanted[:, :3].T
     out = np.empty((len(wanted), 4, 4))
     middle = (limb.low + limb.high) / 2
-    outside = np.zeros((len(wanted), 4), dtype=bool)
+    outside, far = np.zeros((2, len(wanted), 4), dtype=bool)
     signs = np.array([limb.axes[0, 1], limb.axes[1, 0], limb.axes[2, 2]])
     for branch in range(2):
         tilt = np.arcsin(np.clip(y, -1, 1))
@@ -170,10 +172,15 @@ def candidates(limb: Limb, wanted: Array) -> Array:
         out[:, 2 * branch] = out[:, 2 * branch + 1] = inside
         missed = np.abs(inside - angles) > 1e-9
         outside[:, 2 * branch] = outside[:, 2 * branch + 1] = missed.any(axis=1)
+        far[:, 2 * branch] = far[:, 2 * branch + 1] = (np.abs(inside - angles) > FAR).any(axis=1)
         other_end = np.where(angles[:, 2] < middle[2], limb.high[2], limb.low[2])
         out[:, 2 * branch + 1, 2] = np.where(missed[:, 2], other_end, inside[:, 2])
-    if outside.any():
-        frames, which = np.nonzero(outside)
+    # far outside, beside a branch that is inside, no pose is worth its search
+    exact = np.argmin(outside, axis=1)
+    hopeless = far & ~outside.all(axis=1)[:, None]
+    out = np.where(hopeless[..., None], out[np.arange(len(out)), exact][:, None], out)
+    frames, which = np.nonzero(outside & ~hopeless)
+    if len(frames):
         out[frames, which] = _nearest(limb, out[frames, which], wanted[frames])
     return out
 

@@ -11,9 +11,14 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.errors import MotionError
-from simprep.humanoid import BODIES, N_QVEL, Body, hinge_index, humanoid_model
+from simprep.humanoid import ARM_JOINTS, BODIES, SIDES, Body, hinge_index, humanoid_model
 from simprep.motion.limb_paths import Limb, limb_path
 from simprep.motion.targets import ORIENTED, Targets, frame_from, unit
+
+LARGEST_STEP = 0.5
+"""A step that turns anything by more is shortened [rad]; the next one goes on."""
+UNBOUNDED = 1e30
+"""No bound, to the solver."""
 
 
 @dataclass(frozen=True)
@@ -35,7 +40,9 @@ class RetargetSettings:
         neck_cost: the same for the rotations of neck and head, which would else turn against each other to imitate the
             head's side bending that our body lacks.
         iterations: largest number of steps per frame.
-        tolerance: a step that turns no joint by more than this is the last [rad].
+        tolerance: a step that turns no joint by more than this is the last; what is left after it is about its square
+            [rad].
+        lead: largest turn with which a frame starts beside its closed form [rad].
     """
 
     position_cost: float = 1.0
@@ -51,7 +58,8 @@ class RetargetSettings:
     posture_cost: float = 0.004
     neck_cost: float = 0.03
     iterations: int = 30
-    tolerance: float = 0.02
+    tolerance: float = 0.05
+    lead: float = 0.3
 
 
 @dataclass(frozen=True)
@@ -68,9 +76,13 @@ class Solution:
 
 
 class BodyTask(mink.Task):  # type: ignore[misc]
-    """Positions of the 17 bodies and orientations of some, as one task (one stacked Jacobian is several times faster)."""
+    """Positions of the 17 bodies, orientations of some, and a pull to rest, as one task.
 
-    def __init__(self, model: Any, settings: RetargetSettings, oriented: NDArray[np.bool_]) -> None:
+    One stacked Jacobian is several times faster than a task for each body. The bones of the arms count by their
+    directions and move the arms alone: an arm that is out of reach never bends the trunk.
+    """
+
+    def __init__(self, model: mujoco.MjModel, settings: RetargetSettings, oriented: NDArray[np.bool_]) -> None:
         self.settings = settings
         cost = np.full((len(BODIES), 3), settings.position_cost)
         cost[1:5] = settings.trunk_cost
@@ -80,18 +92,34 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         turn[[11, 14]] = settings.foot_turn_cost * oriented[3:]
         self.base_cost = np.concatenate([cost.ravel(), turn])
         super().__init__(cost=self.base_cost.copy(), gain=1.0, lm_damping=0.0)
+        self.pull = np.full(model.nv, settings.posture_cost)
+        self.pull[:6] = 0.0
+        for name in ("neck_rotation", "head_rotation"):
+            self.pull[6 + hinge_index(name)] = settings.neck_cost
         self.bodies = np.arange(1, 1 + len(BODIES))
         self.turned = 1 + np.array(ORIENTED)
         self.positions = np.zeros((len(BODIES), 3))
         self.orientations = np.tile(np.eye(3), (len(ORIENTED), 1, 1))
+        self.rest = np.array(model.qpos0)
         self.jacobian = np.zeros((len(self.base_cost), model.nv))
-        self._rotational = np.zeros((3, model.nv))
+        self.bones = [BODIES.index(f"{side}_{part}") for side in SIDES for part in ("forearm", "hand")]
+        self.mask = np.ones_like(self.jacobian)
+        for number, side in enumerate(SIDES):
+            hinges = [6 + hinge_index(f"{side}_{name}") for name in ARM_JOINTS]
+            others = np.setdiff1d(np.arange(model.nv), hinges)
+            forearm = 3 * BODIES.index(f"{side}_forearm")
+            hand = 3 * len(BODIES) + 3 * (1 + number)
+            self.mask[np.ix_([*range(forearm, forearm + 6), *range(hand, hand + 3)], others)] = 0.0
 
     def set_target(
-        self, positions: NDArray[np.float64], orientations: NDArray[np.float64], standing: NDArray[np.bool_]
+        self,
+        positions: NDArray[np.float64],
+        orientations: NDArray[np.float64],
+        standing: NDArray[np.bool_],
+        rest: NDArray[np.float64],
     ) -> None:
-        """Targets of one frame (17, 3), (5, 3, 3) and which feet stand (2,)."""
-        self.positions, self.orientations = positions, orientations
+        """Targets of one frame (17, 3), (5, 3, 3), which feet stand (2,), and the pose (44,) that the rest is pulled to."""
+        self.positions, self.orientations, self.rest = positions, orientations, rest
         cost = self.base_cost.copy()
         for number in range(2):
             if standing[number]:
@@ -104,11 +132,13 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.cost = cost
 
     def compute_error(self, configuration: Any) -> NDArray[np.float64]:
-        """Current minus target, positions then rotation vectors."""
+        """Current minus target: positions (of the arms' bones: vectors), then rotation vectors."""
         data = configuration.data
         current = data.xmat[self.turned].reshape(-1, 3, 3)
         turn = _rotation_vectors(current @ np.swapaxes(self.orientations, -1, -2))
-        return np.concatenate([(data.xpos[self.bodies] - self.positions).ravel(), turn.ravel()])
+        off = data.xpos[self.bodies] - self.positions
+        off[self.bones] -= off[np.array(self.bones) - 1]
+        return np.concatenate([off.ravel(), turn.ravel()])
 
     def compute_jacobian(self, configuration: Any) -> NDArray[np.float64]:
         """Derivative of the error; of the rotation vector to first order, which is exact at the target."""
@@ -118,7 +148,21 @@ class BodyTask(mink.Task):  # type: ignore[misc]
             mujoco.mj_jacBody(model, data, jacobian[3 * number : 3 * number + 3], None, number + 1)
         for number, body in enumerate(self.turned):
             mujoco.mj_jacBody(model, data, None, jacobian[rows + 3 * number : rows + 3 * number + 3], int(body))
-        return jacobian
+        for hand in self.bones[
+            1::2
+        ]:  # a forearm's own origin does not depend on the shoulder's hinges: its row is right
+            jacobian[3 * hand : 3 * hand + 3] -= jacobian[3 * hand - 3 : 3 * hand]
+        return jacobian * self.mask
+
+    def compute_qp_objective(self, configuration: Any) -> mink.Objective:
+        """Weighted squares of the error and of the way to rest."""
+        weighted = self.cost[:, None] * self.compute_jacobian(configuration)
+        error = self.cost * self.compute_error(configuration)
+        hessian = weighted.T @ weighted
+        hessian[np.diag_indices_from(hessian)] += self.pull**2 + 1e-9
+        gradient = error @ weighted
+        gradient[6:] += self.pull[6:] ** 2 * (configuration.q[7:] - self.rest[7:])
+        return mink.Objective(hessian, gradient)
 
 
 def _rotation_vectors(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -136,10 +180,15 @@ def _rotation_vectors(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(axis * (angle / np.maximum(2 * sine, 1e-12))[:, None])
 
 
-class FloorLimit(mink.Limit):  # type: ignore[misc]
-    """No colliding point of the body below the floor: J_z dq >= -height for every point near it."""
+class Floor:
+    """No colliding point of the body below the floor: J_z dq >= -height for every point near it.
 
-    def __init__(self, model: Any, near: float = 0.06) -> None:
+    Args:
+        model: mujoco.MjModel.
+        near: points higher than this are left out [m].
+    """
+
+    def __init__(self, model: mujoco.MjModel, near: float = 0.06) -> None:
         geoms = [g for g in range(model.ngeom) if model.geom_contype[g] and model.geom_type[g] in (2, 3)]
         ends, owner, body, radius = [], [], [], []
         for geom in geoms:
@@ -149,29 +198,25 @@ class FloorLimit(mink.Limit):  # type: ignore[misc]
                 owner.append(geom)
                 body.append(model.geom_bodyid[geom])
                 radius.append(model.geom_size[geom, 0])
-        self.ends, self.owner = np.array(ends), np.array(owner)
+        self.model, self.ends, self.owner = model, np.array(ends), np.array(owner)
         self.body, self.radius, self.near = np.array(body), np.array(radius), near
         self._jacobian = np.zeros((3, model.nv))
 
-    def points(self, data: Any) -> NDArray[np.float64]:
+    def points(self, data: mujoco.MjData) -> NDArray[np.float64]:
         """(N, 3) centres of the spheres at the ends of every colliding geom."""
         matrix = data.geom_xmat[self.owner].reshape(-1, 3, 3)
         return np.asarray(data.geom_xpos[self.owner] + (matrix @ self.ends[:, :, None])[:, :, 0])
 
-    def compute_qp_inequalities(self, configuration: Any, dt: float) -> Any:
-        """Rows of G dq <= h for the points nearer than `near` to the floor."""
-        points = self.points(configuration.data)
+    def rows(self, data: mujoco.MjData) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """G (N, nv) and h (N,) of G dq <= h for the points near the floor."""
+        points = self.points(data)
         height = points[:, 2] - self.radius
         close = np.flatnonzero(height < self.near)
-        if not len(close):
-            return mink.Constraint()
-        rows = np.empty((len(close), configuration.model.nv))
+        rows = np.empty((len(close), self.model.nv))
         for row, number in enumerate(close):
-            mujoco.mj_jac(
-                configuration.model, configuration.data, self._jacobian, None, points[number], int(self.body[number])
-            )
+            mujoco.mj_jac(self.model, data, self._jacobian, None, points[number], int(self.body[number]))
             rows[row] = -self._jacobian[2]
-        return mink.Constraint(rows, height[close])
+        return rows, height[close]
 
 
 def closed_form(targets: Targets, body: Body) -> NDArray[np.float64]:
@@ -271,63 +316,61 @@ def solve(
     start = closed_form(targets, body)
     configuration = mink.Configuration(model, start[0])
     task = BodyTask(model, settings, targets.oriented)
-    pull = np.full(N_QVEL, settings.posture_cost)
-    pull[:6] = 0.0
-    for name in ("neck_rotation", "head_rotation"):
-        pull[6 + hinge_index(name)] = settings.neck_cost
-    posture = mink.PostureTask(model, cost=pull)
-    limits = [mink.ConfigurationLimit(model)]
-    if floor:
-        limits.append(FloorLimit(model))
-    tasks = [task, posture]
+    limit = Floor(model) if floor else None
     out = np.empty_like(start)
     unsettled = np.zeros(len(start), dtype=bool)
+    lead = np.zeros(model.nv)
     for frame in range(len(start)):
-        task.set_target(targets.positions[frame], targets.orientations[frame], standing[frame])
-        posture.set_target(start[frame])
-        configuration.update(start[frame])
+        task.set_target(targets.positions[frame], targets.orientations[frame], standing[frame], start[frame])
+        qpos = start[frame].copy()
+        # what the frame before needed beside its closed form; only where it starts is at stake, not where it ends
+        if np.abs(lead[3:]).max() < settings.lead:
+            mujoco.mj_integratePos(model, qpos, lead, 1.0)
+            qpos[7:] = np.clip(qpos[7:], model.jnt_range[1:, 0], model.jnt_range[1:, 1])
+        configuration.update(qpos)
         for _ in range(settings.iterations):
-            if _step(configuration, tasks, limits) < settings.tolerance:
+            if _step(configuration, task, limit) < settings.tolerance:
                 break
         else:
             unsettled[frame] = True
         out[frame] = configuration.q
+        mujoco.mj_differentiatePos(model, lead, 1.0, start[frame], out[frame])
     return Solution(out, unsettled)
 
 
-def _step(configuration: Any, tasks: list[Any], limits: list[Any]) -> float:
+def _step(configuration: Any, task: BodyTask, floor: Floor | None) -> float:
     """One Newton step; returns its largest rotation [rad]."""
-    problem = mink.build_ik(configuration, tasks, 1.0, damping=1e-9, limits=limits)
-    change = _solve(problem)
-    if change is None and len(limits) > 1:  # far below the floor: first back to where the linearisation holds
-        change = _solve(mink.build_ik(configuration, tasks, 1.0, damping=1e-9, limits=limits[:1]))
+    model = configuration.model
+    objective = task.compute_qp_objective(configuration)
+    rows, height = floor.rows(configuration.data) if floor else (np.empty((0, model.nv)), np.empty(0))
+    low = np.full(model.nv, -UNBOUNDED)
+    high = np.full(model.nv, UNBOUNDED)
+    low[6:], high[6:] = model.jnt_range[1:, 0] - configuration.q[7:], model.jnt_range[1:, 1] - configuration.q[7:]
+    change = _solve(objective, rows, low, np.concatenate([high, height]))
+    if change is None and len(rows):  # far below the floor: first back to where the linearisation holds
+        change = _solve(objective, rows[:0], low, high)
     if change is None:
         raise MotionError("inverse kinematics found no solution for a frame")
     # a full step from afar would leave the range of the linearisation
     largest = float(np.abs(change[3:]).max())
-    if largest > 0.5:
-        change = change * (0.5 / largest)
+    if largest > LARGEST_STEP:
+        change = change * (LARGEST_STEP / largest)
     configuration.integrate_inplace(change, 1.0)
     return largest
 
 
-def _solve(problem: Any) -> NDArray[np.float64] | None:
+def _solve(
+    objective: mink.Objective, rows: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
+) -> NDArray[np.float64] | None:
+    """Minimum of a quadratic programme with bounds on its variables, and rows with an upper bound after them."""
     import daqp
 
-    n = len(problem.q)
-    upper = np.ascontiguousarray(problem.h)
-    lower = np.full(len(upper), -1e30)
-    sense = np.zeros(len(upper), dtype=np.int32)
-    x, _, status, _ = daqp.solve(
-        np.ascontiguousarray(problem.P),
-        np.ascontiguousarray(problem.q),
-        np.ascontiguousarray(problem.G),
-        upper,
-        lower,
-        sense,
-    )
+    lower = np.full(len(high), -UNBOUNDED)
+    lower[: len(low)] = low
+    sense = np.zeros(len(high), dtype=np.int32)
+    x, _, status, _ = daqp.solve(objective.H, objective.c, np.ascontiguousarray(rows), high, lower, sense)
     x = np.asarray(x)
-    return x if status > 0 and x.shape == (n,) and np.isfinite(x).all() else None
+    return x if status > 0 and x.shape == low.shape and np.isfinite(x).all() else None
 
 
 def residual_mm(qpos: NDArray[np.float64], targets: Targets, body: Body) -> float:

@@ -1,0 +1,176 @@
+"""Feet of a whole clip: held where they stand, and led smoothly over the floor from one foothold to the next."""
+
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from simprep.humanoid import Body
+from simprep.motion.footholds import FootholdSettings, FootPoses, Held, hold_feet, sole_geometry, sole_points
+
+
+def place_feet(
+    feet: FootPoses,
+    hips: NDArray[np.float64],
+    knees: NDArray[np.float64],
+    contacts: NDArray[np.bool_],
+    fps: float,
+    body: Body,
+    settings: FootholdSettings | None = None,
+) -> tuple[FootPoses, NDArray[np.bool_]]:
+    """Feet that stand on the floor z = 0 without sliding wherever `contacts` says so, and pass smoothly in between.
+
+    Args:
+        feet: poses as they are, the floor near z = 0.
+        hips: (T, 2, 3) hips [m], and
+        knees: (T, 2, 3) knees, for how far the ankles bend and which way the legs fold [m].
+        contacts: (T, 2) standing feet.
+        fps: frames per second [1/s].
+        body: the humanoid.
+        settings: thresholds; None for the defaults.
+
+    Returns:
+        the poses, and the contacts without the frames in which a foot lets go or slides to another place.
+    """
+    settings = settings or FootholdSettings()
+    centres, radii = sole_geometry(body)
+    held = hold_feet(feet, hips, knees, contacts, fps, body, settings)
+    position = feet.position + corrections(feet, held, fps, settings)
+    rotation = held.feet.rotation.copy()
+    longest = max(2, round(settings.ease * fps))
+    for side, spans in enumerate(held.spans):
+        turn = rotation[:, side] @ np.swapaxes(feet.rotation[:, side], -1, -2)
+        turned = Rotation.from_matrix(turn).as_rotvec()
+        _ease(turned, spans, longest)
+        rotation[:, side] = Rotation.from_rotvec(turned).as_matrix() @ feet.rotation[:, side]
+    contacts = held.contacts.copy()
+    # a swinging foot passes over the floor; a standing foot between two footholds turns on it
+    low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
+    for side in range(2):
+        sunk = np.flatnonzero((low[:, side] < 0) & ~contacts[:, side])
+        if len(sunk):
+            rotation[sunk, side] = _tip(
+                rotation[sunk, side], position[sunk, side, 2], centres[side], radii[side], settings.tip
+            )
+    low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
+    contacts &= low < settings.resting
+    lowered = np.where(held.bearing, np.minimum(low, settings.resting), np.minimum(0.0, low))
+    position[..., 2] -= np.where(contacts, lowered, np.minimum(lowered, _spare(hips, knees, feet.position, settings)))
+    return FootPoses(position, rotation), contacts
+
+
+def corrections(feet: FootPoses, held: Held, fps: float, settings: FootholdSettings) -> NDArray[np.float64]:
+    """By how much the ankles (T, 2, 3) move to where they are held, faded in between [m].
+
+    Args:
+        feet: poses as they were.
+        held: poses where they stand.
+        fps: frames per second [1/s].
+        settings: thresholds.
+    """
+    moved = held.feet.position - feet.position
+    for side, spans in enumerate(held.spans):
+        _ease(moved[:, side], spans, max(2, round(settings.ease * fps)))
+    return np.asarray(moved)
+
+
+def _tip(
+    rotation: NDArray[np.float64],
+    ankle: NDArray[np.float64],
+    centres: NDArray[np.float64],
+    radii: NDArray[np.float64],
+    largest: float,
+) -> NDArray[np.float64]:
+    """Orientations (n, 3, 3) with toe or heel tipped up by as little as brings the sole out of the floor, or near.
+
+    Args:
+        rotation: (n, 3, 3) of feet that pass through the floor.
+        ankle: (n,) heights of their ankles [m].
+        centres: (4, 3) of the sole's spheres in the foot's frame [m].
+        radii: (4,) of the spheres [m].
+        largest: largest turn [rad].
+    """
+    heading = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
+    axis = np.stack([-np.sin(heading), np.cos(heading), np.zeros(len(heading))], axis=-1)
+    arms = np.einsum("nij,pj->npi", rotation, centres)
+    ahead = np.einsum("npi,ni->np", arms, np.cross(axis, [0.0, 0.0, 1.0]))
+    tried = np.linspace(-largest, largest, 25)
+    turned = tried[:, None, None]  # a positive turn lowers what is ahead
+    height = (ankle[:, None] + np.cos(turned) * arms[..., 2] - np.sin(turned) * ahead - radii).min(axis=2).T  # (n, 25)
+    depth = np.minimum(height, 0.0)
+    # of two turns that clear the floor the smaller one
+    best = (depth - 1e-4 * np.abs(tried)).argmax(axis=1)
+    rows = np.arange(len(ankle))
+    # between the grid's last angle in the floor and its first above it
+    inner = np.clip(best - np.sign(tried[best]).astype(int), 0, len(tried) - 1)
+    above, below = height[rows, best], height[rows, inner]
+    share = np.where((above > 0) & (below < 0), above / np.maximum(above - below, 1e-9), 0.0)
+    angle = tried[best] + share * (tried[inner] - tried[best])
+    return np.asarray(Rotation.from_rotvec(angle[:, None] * axis).as_matrix() @ rotation)
+
+
+def _spare(
+    hip: NDArray[np.float64], knee: NDArray[np.float64], ankle: NDArray[np.float64], settings: FootholdSettings
+) -> NDArray[np.float64]:
+    """By how much a leg can lengthen (T, 2) before its knee has straightened by `straighten` [m]."""
+    thigh, shank = np.linalg.norm(knee - hip, axis=-1), np.linalg.norm(ankle - knee, axis=-1)
+    distance = np.linalg.norm(ankle - hip, axis=-1)
+    cosine = (distance**2 - thigh**2 - shank**2) / np.maximum(2 * thigh * shank, 1e-9)
+    bend = np.maximum(np.arccos(np.clip(cosine, -1, 1)) - settings.straighten, 0.0)
+    longest = np.sqrt(thigh**2 + shank**2 + 2 * thigh * shank * np.cos(bend))
+    return np.asarray(np.maximum(longest - distance, 0.0))
+
+
+def _ease(offset: NDArray[np.float64], runs: list[tuple[int, int]], longest: int) -> None:
+    """Fill the frames outside of the stances, in place: cubic passages that keep value and slope at the stances."""
+    n = len(offset)
+    if not runs:
+        return
+    limits = [(0, runs[0][0])] + [(a[1], b[0]) for a, b in pairwise(runs)] + [(runs[-1][1], n)]
+    for first, after in limits:
+        gap = after - first
+        if gap <= 0:
+            continue
+        value = np.zeros((2, offset.shape[1]))
+        slope = np.zeros((2, offset.shape[1]))
+        if first > 0:
+            value[0] = offset[first - 1]
+            slope[0] = offset[first - 1] - offset[max(first - 2, 0)]
+        if after < n:
+            value[1] = offset[after]
+            slope[1] = offset[min(after + 1, n - 1)] - offset[after]
+        inner = first > 0 and after < n
+        at = np.arange(1, gap + 1)
+        if inner and gap + 1 <= 2 * longest:
+            offset[first:after] = _hermite(at, gap + 1, value[0], value[1], slope[0], slope[1])
+            continue
+        # a long flight, or one that begins or ends with the clip: each correction fades by itself
+        zero = np.zeros_like(value[0])
+        span = min(longest, gap + 1) if not inner else longest
+        out = np.zeros((gap, offset.shape[1]))
+        if first > 0:
+            near = at <= span
+            out[near] += _hermite(at[near], span, value[0], zero, slope[0], zero)
+        if after < n:
+            back = gap + 1 - at
+            near = back <= span
+            out[near] += _hermite(back[near], span, value[1], zero, -slope[1], zero)
+        offset[first:after] = out
+
+
+def _hermite(
+    at: NDArray[np.intp],
+    span: int,
+    begin: NDArray[np.float64],
+    end: NDArray[np.float64],
+    slope_begin: NDArray[np.float64],
+    slope_end: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    u = (at / span)[:, None]
+    return np.asarray(
+        (2 * u**3 - 3 * u**2 + 1) * begin
+        + (u**3 - 2 * u**2 + u) * span * slope_begin
+        + (3 * u**2 - 2 * u**3) * end
+        + (u**3 - u**2) * span * slope_end
+    )
