@@ -86,4 +86,4 @@ class DuelImport:
         for warning in report.warnings:
             output.warn(warning)
         output.say(f"written: {written}")
-        return {**asdict(report), "imports": [asdict(item) for item in pair.imports], "out": str(written)}
+        return {**asdict(report), "imports": [item.as_dict() for item in pair.imports], "out": str(written)}

@@ -10,11 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
-from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import Body, humanoid_model
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import foot_geom_ids
+from simprep.motion.rotations import axis_rotation
 from simprep.motion.targets import unit
 
 
@@ -191,7 +191,7 @@ class _Stance:
         self.heading = np.unwrap(heading)
         height = points[..., 2] - points[..., 2].min(axis=-1, keepdims=True)
         self.weight = np.exp(-height / settings.softness)  # (n, 4) how much each point bears
-        level = Rotation.from_euler("Z", self.heading[:, None]).as_matrix()
+        level = axis_rotation("z", self.heading)
         local = np.einsum("nij,pj->npi", level, centres)[..., :2]
         share = self.weight / self.weight.sum(axis=1, keepdims=True)
         self.place = np.einsum("np,npi->ni", share, points[..., :2] - local)  # ankle of the flat foot, in plan
@@ -278,13 +278,13 @@ def _hold(
             pitch, heading[0], anchors, stance.ankle[part], stance.leg[part], centres, radii, settings
         )
     roll = np.zeros_like(pitch)
-    new = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=-1)).as_matrix()
+    new = _oriented(heading, pitch, roll)
     # beyond the ankle's range the heel rises, or the sole tilts sideways
     lean = np.einsum("nji,nj->ni", new, shank[part])
     pitch = pitch + np.maximum(0.0, np.arctan2(lean[:, 0], lean[:, 2]) - settings.dorsiflexion)
     aside = -np.arctan2(lean[:, 1], lean[:, 2])
     roll = aside - np.clip(aside, -settings.inversion, settings.inversion)
-    new = Rotation.from_euler("ZYX", np.stack([heading, pitch, roll], axis=-1)).as_matrix()
+    new = _oriented(heading, pitch, roll)
     reach = np.einsum("nij,pj->npi", new, centres)
     height = reach[..., 2] - radii
     if turning:  # all of a short stance, as a kick's: the ball stays
@@ -292,16 +292,24 @@ def _hold(
         plan = np.median(points[:, 1:3, :2].mean(axis=1), axis=0) - ball
     else:
         plan = _held_by(anchors - reach[..., :2], height, settings)
+        # the foothold lies where the leg puts it on the whole: a foot of another length touches elsewhere
         plan += (stance.ankle[part, :2] - plan).mean(axis=0)
     return np.concatenate([plan, -height.min(axis=1)[:, None]], axis=1), new
+
+
+def _oriented(
+    heading: NDArray[np.float64], pitch: NDArray[np.float64], roll: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Orientations (n, 3, 3) of feet: heading, then pitch (toe down), then roll [rad]."""
+    return axis_rotation("z", heading) @ axis_rotation("y", pitch) @ axis_rotation("x", roll)
 
 
 def _anchors(
     points: NDArray[np.float64], heading: float, bearing: NDArray[np.float64], centres: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Places (4, 2) of the sole's points in the flat foothold that fits a stance best [m]."""
-    local = (centres @ Rotation.from_euler("Z", heading).as_matrix().T)[:, :2]  # about the ankle of the flat foot
-    return np.average((points[..., :2] - local).reshape(-1, 2), axis=0, weights=bearing.ravel()) + local
+    local = (centres @ axis_rotation("z", heading).T)[:, :2]  # about the ankle of the flat foot
+    return np.asarray(np.einsum("np,npi->i", bearing, points[..., :2] - local) / bearing.sum() + local)
 
 
 def _held_by(

@@ -10,7 +10,7 @@ from simprep.humanoid import BODIES, FEET, GRAVITY, SIDES, Body, humanoid_model
 from simprep.motion.contacts import contacts_of_points, stances
 from simprep.motion.foot_passage import place_feet
 from simprep.motion.footholds import FootPoses, sole_points
-from simprep.motion.retarget import RetargetSettings, residual_mm, solve
+from simprep.motion.retarget import RetargetSettings, solve
 from simprep.motion.set_down import set_down
 from simprep.motion.targets import ORIENTED, Targets, unit
 
@@ -23,6 +23,10 @@ LIMB_RADIUS = 0.045
 """Radius of the limbs where they touch the floor, for finding it [m]."""
 UNEVEN = 0.08
 """Footholds whose heights range over more than this do not stand on one level floor [m]."""
+STRETCH = 0.9998
+"""A standing leg is at most this share of its length long."""
+HIGHER = 0.02
+"""A foot that is this much higher than the other one, which stands, does not stand [m]."""
 ROUNDS = 4
 FOLLOW_S = 0.03
 PREROLL_S = 0.25
@@ -37,13 +41,13 @@ class Placed:
     Attributes:
         qpos: (T, 44) poses.
         contacts: (T, 2) feet that stand.
-        residual_mm: mean joint distance to the targets, root aligned [mm].
+        unsettled: (T,) frames whose inverse kinematics did not settle.
         warnings: what was changed.
     """
 
     qpos: NDArray[np.float64]
     contacts: NDArray[np.bool_]
-    residual_mm: float
+    unsettled: NDArray[np.bool_]
     warnings: tuple[str, ...] = ()
 
 
@@ -62,7 +66,10 @@ def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | No
     whole = _three_cycles(targets) if cyclic else targets
     levelled, warnings = level_floor(whole, body)
     feet = FootPoses(levelled.positions[:, FEET], levelled.orientations[:, 3:5])
-    touching = contacts_of_points(sole_points(feet, body), targets.fps)
+    soles = sole_points(feet, body)
+    touching = contacts_of_points(soles, targets.fps)
+    lowest = soles[..., 2].min(axis=-1)
+    touching &= ~((lowest - lowest[:, ::-1] > HIGHER) & touching[:, ::-1])
     whole = levelled
     for _ in range(ROUNDS):
         # the body follows its feet, and their footholds follow the body
@@ -81,17 +88,19 @@ def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | No
         before = min(n, round(PREROLL_S * targets.fps))
         keep = slice(n - before, 2 * n)
         part = replace(whole, positions=whole.positions[keep], orientations=whole.orientations[keep])
-        qpos = solve(part, contacts[keep], body, settings).qpos[before:]
+        solution = solve(part, contacts[keep], body, settings)
+        qpos, unsettled = solution.qpos[before:], solution.unsettled[before:]
         contacts = contacts[n : 2 * n]
         assert targets.step is not None
         qpos[:, :3] -= targets.step
     else:
-        qpos = solve(whole, contacts, body, settings).qpos
+        solution = solve(whole, contacts, body, settings)
+        qpos, unsettled = solution.qpos, solution.unsettled
     lowered = set_down(qpos, targets.fps, body, cyclic)
     if lowered.max(initial=0.0) > HOVERING:
         warnings.append(f"the body hovered over the floor by up to {lowered.max():.2f} m without falling: set down")
     qpos[:, 2] -= lowered
-    return Placed(qpos, contacts, residual_mm(qpos, targets, body), tuple(warnings))
+    return Placed(qpos, contacts, unsettled, tuple(warnings))
 
 
 def _three_cycles(targets: Targets) -> Targets:
@@ -188,7 +197,7 @@ def _follow(targets: Targets, feet: FootPoses, contacts: NDArray[np.bool_], body
     # where a standing foot is out of reach, the body sinks to it
     away = positions[:, hips] - positions[:, FEET]
     plan = np.minimum(np.linalg.norm(away[..., :2], axis=-1), 0.99 * (thigh + shank))
-    reach = np.sqrt((0.998 * (thigh + shank)) ** 2 - plan**2)
+    reach = np.sqrt((STRETCH * (thigh + shank)) ** 2 - plan**2)
     sink = np.maximum(0.0, np.where(contacts, away[..., 2] - reach, 0.0)).max(axis=1)
     width = max(1, round(0.1 * fps))
     sink = gaussian_filter1d(maximum_filter1d(sink, 2 * width + 1), 0.5 * width, mode="nearest")

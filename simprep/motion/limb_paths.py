@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
+from scipy.ndimage import maximum_filter1d
 
 Array = NDArray[np.float64]
 
@@ -124,10 +125,12 @@ def limb_path(limb: Limb, upper: Array, lower: Array, fps: float) -> Array:
     chosen = _best_path(limb, candidates(limb, wanted), wanted, fps)
     links = np.ones(max(len(chosen) - 1, 0))
     fitted = smooth_path(limb, chosen, wanted, fps, links)
-    costly = worst_angle(limb, fitted, wanted) > worst_angle(limb, chosen, wanted) + LEAST_WORTH
-    if costly.any() and len(chosen) > 1:
+    costly: NDArray[np.bool_] = np.greater(
+        worst_angle(limb, fitted, wanted), worst_angle(limb, chosen, wanted) + LEAST_WORTH
+    )
+    if len(chosen) > 1 and costly.any():
         jump = np.abs(np.diff(chosen, axis=0))[:, [0, 1, 3]].max(axis=1)
-        near = np.convolve(costly, np.ones(2 * round(0.1 * fps) + 1), mode="same") > 0
+        near = maximum_filter1d(costly, 2 * round(0.1 * fps) + 1)
         links[(jump > LEAST_JUMP) & (near[1:] | near[:-1])] = 0.0
         fitted = smooth_path(limb, chosen, wanted, fps, links)
     return fitted
@@ -154,7 +157,8 @@ def candidates(limb: Limb, wanted: Array) -> Array:
     x, y, z = wanted[:, :3].T
     out = np.empty((len(wanted), 4, 4))
     middle = (limb.low + limb.high) / 2
-    outside, far = np.zeros((2, len(wanted), 4), dtype=bool)
+    outside = np.zeros((len(wanted), 4), dtype=bool)
+    far = np.zeros((len(wanted), 4), dtype=bool)
     signs = np.array([limb.axes[0, 1], limb.axes[1, 0], limb.axes[2, 2]])
     for branch in range(2):
         tilt = np.arcsin(np.clip(y, -1, 1))
@@ -177,7 +181,7 @@ def candidates(limb: Limb, wanted: Array) -> Array:
         out[:, 2 * branch + 1, 2] = np.where(missed[:, 2], other_end, inside[:, 2])
     # far outside, beside a branch that is inside, no pose is worth its search
     exact = np.argmin(outside, axis=1)
-    hopeless = far & ~outside.all(axis=1)[:, None]
+    hopeless = far & ~np.asarray(outside.all(axis=1))[:, None]
     out = np.where(hopeless[..., None], out[np.arange(len(out)), exact][:, None], out)
     frames, which = np.nonzero(outside & ~hopeless)
     if len(frames):

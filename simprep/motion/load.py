@@ -1,12 +1,15 @@
 """Loading a motion from any file: our own .npz, BVH, Acclaim, DeepMimic."""
 
+import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 from simprep.errors import MotionError, MotionFileError, SettingError
 from simprep.humanoid import DEFAULT_BODY, Body, body_of_leg
 from simprep.motion.formats.skeleton import SourceClip
+from simprep.motion.import_check import ImportCheck, check_import
 from simprep.motion.motion import Motion
 
 READABLE = ".npz, .bvh, .amc (with its .asf), .txt or .json (DeepMimic)"
@@ -21,8 +24,7 @@ class ImportReport:
         frames: frames of the motion.
         fps: its frame rate [1/s].
         duration_s: its length [s].
-        residual_mm: mean distance between our joints and the source's, after the source's bones have been given our
-            lengths, root aligned [mm].
+        check: how far the result is from the source; None where nothing was retargeted.
         up: the file's vertical axis.
         scale: metres per file unit.
         warnings: everything that was decided, adapted or left out.
@@ -31,10 +33,28 @@ class ImportReport:
     frames: int
     fps: float
     duration_s: float
-    residual_mm: float
+    check: ImportCheck | None
     up: str
     scale: float
     warnings: tuple[str, ...]
+
+    @property
+    def residual_mm(self) -> float:
+        """Mean distance between our joints and the source's, bones given our lengths, root aligned [mm]."""
+        return self.check.residual_mm if self.check else 0.0
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether some limb is not where the source has it (`simprep.motion.import_check`)."""
+        return self.check is not None and self.check.doubtful
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything as plain values for JSON; what the check found stands beside the rest, limbs by name."""
+        fields = {**asdict(self), "warnings": list(self.warnings), "residual_mm": self.residual_mm}
+        del fields["check"]
+        if self.check:
+            fields |= {name: value for name, value in asdict(self.check).items() if name != "warnings"}
+        return {**fields, "doubtful": self.doubtful}
 
 
 @dataclass(frozen=True)
@@ -69,12 +89,16 @@ def load_motion(
         body: the humanoid to move (an .npz keeps its own).
 
     Returns:
-        The motion, retargeted, its feet on the floor z = 0.
+        The motion, retargeted, its feet on the floor z = 0. A Python warning says if it is doubtful, that is if a limb
+        is not where the file has it; `import_motion` tells all that is known.
 
     Raises:
         SimprepError: the file or a setting cannot be used; the message says why and what is valid.
     """
-    return import_motion(path, fps, up, scale, joint_map, body).motion
+    result = import_motion(path, fps, up, scale, joint_map, body)
+    if result.report.doubtful:
+        warnings.warn(f"{path}: doubtful import: {result.report.warnings[0]}", stacklevel=2)
+    return result.motion
 
 
 def import_motion(
@@ -156,15 +180,14 @@ def retarget_clip(
         loop=targets.step is not None,
         body=body,
     )
-    warnings = [*source.warnings, *targets.warnings, *placed.warnings]
+    check = check_import(placed.qpos, placed.unsettled, targets, body)
+    notes = [*check.warnings, *source.warnings, *targets.warnings, *placed.warnings]
     if joints.unused:
         shown = ", ".join(joints.unused[:12]) + (", ..." if len(joints.unused) > 12 else "")
-        warnings.append(
+        notes.append(
             f"{len(joints.unused)} of {sum(not name.endswith('_end') for name in clip.names)} joints drive nothing: {shown}"
         )
-    report = ImportReport(
-        len(motion), motion.fps, motion.duration, placed.residual_mm, source.up, source.scale, tuple(warnings)
-    )
+    report = ImportReport(len(motion), motion.fps, motion.duration, check, source.up, source.scale, tuple(notes))
     return ImportResult(motion, report)
 
 
@@ -199,5 +222,5 @@ def _own(path: Path, fps: float | None) -> ImportResult:
     motion = read_motion(path)
     if fps is not None:
         motion = resample(motion, fps)
-    report = ImportReport(len(motion), motion.fps, motion.duration, 0.0, "z", 1.0, ())
+    report = ImportReport(len(motion), motion.fps, motion.duration, None, "z", 1.0, ())
     return ImportResult(motion, report)

@@ -92,16 +92,17 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         turn[[11, 14]] = settings.foot_turn_cost * oriented[3:]
         self.base_cost = np.concatenate([cost.ravel(), turn])
         super().__init__(cost=self.base_cost.copy(), gain=1.0, lm_damping=0.0)
-        self.pull = np.full(model.nv, settings.posture_cost)
-        self.pull[:6] = 0.0
+        self.pull = np.full(model.nv, settings.posture_cost**2)
+        self.pull[:6] = 1e-9
         for name in ("neck_rotation", "head_rotation"):
-            self.pull[6 + hinge_index(name)] = settings.neck_cost
+            self.pull[6 + hinge_index(name)] = settings.neck_cost**2
         self.bodies = np.arange(1, 1 + len(BODIES))
         self.turned = 1 + np.array(ORIENTED)
         self.positions = np.zeros((len(BODIES), 3))
         self.orientations = np.tile(np.eye(3), (len(ORIENTED), 1, 1))
         self.rest = np.array(model.qpos0)
         self.jacobian = np.zeros((len(self.base_cost), model.nv))
+        self.weight = np.zeros_like(self.jacobian)
         self.bones = [BODIES.index(f"{side}_{part}") for side in SIDES for part in ("forearm", "hand")]
         self.mask = np.ones_like(self.jacobian)
         for number, side in enumerate(SIDES):
@@ -130,6 +131,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
                 cost[turn : turn + 2] *= self.settings.stance_tilt_cost
                 cost[turn + 2] *= self.settings.stance_turn_cost
         self.cost = cost
+        self.weight = cost[:, None] * self.mask
 
     def compute_error(self, configuration: Any) -> NDArray[np.float64]:
         """Current minus target: positions (of the arms' bones: vectors), then rotation vectors."""
@@ -141,7 +143,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         return np.concatenate([off.ravel(), turn.ravel()])
 
     def compute_jacobian(self, configuration: Any) -> NDArray[np.float64]:
-        """Derivative of the error; of the rotation vector to first order, which is exact at the target."""
+        """Derivative of the error, not yet masked; of the rotation vector to first order, which is exact at the target."""
         model, data = configuration.model, configuration.data
         jacobian, rows = self.jacobian, 3 * len(BODIES)
         for number in range(len(BODIES)):
@@ -152,16 +154,16 @@ class BodyTask(mink.Task):  # type: ignore[misc]
             1::2
         ]:  # a forearm's own origin does not depend on the shoulder's hinges: its row is right
             jacobian[3 * hand : 3 * hand + 3] -= jacobian[3 * hand - 3 : 3 * hand]
-        return jacobian * self.mask
+        return jacobian
 
     def compute_qp_objective(self, configuration: Any) -> mink.Objective:
         """Weighted squares of the error and of the way to rest."""
-        weighted = self.cost[:, None] * self.compute_jacobian(configuration)
+        weighted = self.weight * self.compute_jacobian(configuration)
         error = self.cost * self.compute_error(configuration)
         hessian = weighted.T @ weighted
-        hessian[np.diag_indices_from(hessian)] += self.pull**2 + 1e-9
+        hessian.flat[:: len(hessian) + 1] += self.pull
         gradient = error @ weighted
-        gradient[6:] += self.pull[6:] ** 2 * (configuration.q[7:] - self.rest[7:])
+        gradient[6:] += self.pull[6:] * (configuration.q[7:] - self.rest[7:])
         return mink.Objective(hessian, gradient)
 
 
@@ -371,21 +373,3 @@ def _solve(
     x, _, status, _ = daqp.solve(objective.H, objective.c, np.ascontiguousarray(rows), high, lower, sense)
     x = np.asarray(x)
     return x if status > 0 and x.shape == low.shape and np.isfinite(x).all() else None
-
-
-def residual_mm(qpos: NDArray[np.float64], targets: Targets, body: Body) -> float:
-    """Mean distance between our joints and the targets, root aligned [mm].
-
-    Captures what limits and missing degrees of freedom cost; hides errors of orientation and of the root's place.
-
-    Args:
-        qpos: (T, 44) poses.
-        targets: of the same T frames.
-        body: the humanoid.
-    """
-    from simprep.motion.kinematics import forward_kinematics
-
-    ours = forward_kinematics(qpos, body).xpos
-    ours = ours - ours[:, :1]
-    wanted = targets.positions - targets.positions[:, :1]
-    return float(np.linalg.norm(ours - wanted, axis=-1)[:, 1:].mean() * 1000)

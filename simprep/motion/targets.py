@@ -19,6 +19,10 @@ HEAD, LEFT_HAND, RIGHT_HAND, LEFT_FOOT, RIGHT_FOOT = (
 ORIENTED = (HEAD, LEFT_HAND, RIGHT_HAND, LEFT_FOOT, RIGHT_FOOT)
 """Bodies whose orientation the joint positions leave open."""
 
+SHORTEST_FOOT = 0.04
+"""A toe that is less than this ahead of its ankle, in plan, tells no direction [m]."""
+UPRIGHT = 0.45
+"""A shank whose rise is less than this share of its length does not stand on its foot: it kneels or lies."""
 STILL_SPEED = 0.25
 """An ankle slower than this, and low, stands on a flat foot [m/s]."""
 
@@ -138,6 +142,8 @@ def build_targets(source: Normalised, joints: JointMap, body: Body, keep_travel:
         foot = _foot(source, joints, side)
         if foot is None:
             warnings.append(f"the {side} foot's direction is not told by the file: the ankle stays neutral")
+            knee, ankle = out[:, place[f"{side}_shank"]], out[:, place[f"{side}_foot"]]
+            orientations[:, 3 + number] = frame_from(pelvis_frame[:, :, 1], knee - ankle)
         else:
             orientations[:, 3 + number], oriented[3 + number] = foot, True
     step = None if clip.step is None else clip.step * travel
@@ -225,27 +231,34 @@ def _hand(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64
 
 
 def _foot(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64] | None:
-    """Orientation of the foot, calibrated so that the sole is flat while the foot stands."""
+    """Orientation of the foot, calibrated so that the sole is flat while the foot stands; None if nothing tells it.
+
+    A toe straight below its ankle, or nearly, tells no direction: what counts is how far ahead of it the toe is.
+    """
     clip = source.clip
     ankle = joints.joints[f"{side}_foot"]
     toe = joints.joints.get(f"{side}_toe")
+    if toe is not None and np.median(np.linalg.norm(clip.positions[:, toe] - clip.positions[:, ankle], axis=-1)) < 0.02:
+        toe = None  # a joint that only exists by name
     rotations = clip.rotations[:, ankle]
-    pointing = None
-    if toe is not None:
-        pointing = clip.positions[:, toe] - clip.positions[:, ankle]
-        if np.median(np.linalg.norm(pointing, axis=-1)) < 0.02:
-            pointing = None
-    standing = _standing_frames(clip.positions[:, ankle], clip.fps)
+    knee = joints.joints[f"{side}_shank"]
+    standing = _standing_frames(clip.positions[:, ankle], clip.positions[:, knee], clip.fps)
     vertical = np.array([0.0, 0.0, 1.0])
-    if source.reference is not None:
+    if toe is None:
+        if source.reference is None:
+            return None
+        offset = source.reference[1][ankle].T @ _reference_heading(source, joints)
+    elif source.reference is not None:
         positions, reference = source.reference
-        if toe is not None and pointing is not None:
-            heading = positions[toe] - positions[ankle]
-        else:
-            heading = _reference_heading(source, joints)[:, 0]
+        heading = positions[toe] - positions[ankle]
+        if np.hypot(*heading[:2]) < SHORTEST_FOOT:
+            return None
         offset = reference[ankle].T @ frame_from(np.cross(vertical, heading), vertical)
-    elif pointing is not None and standing.any():
-        flat = frame_from(np.cross(vertical, pointing[standing]), vertical)
+    elif standing.any():
+        pointing = clip.positions[standing, toe] - clip.positions[standing, ankle]
+        if np.median(np.hypot(pointing[:, 0], pointing[:, 1])) < SHORTEST_FOOT:
+            return None
+        flat = frame_from(np.cross(vertical, pointing), vertical)
         offset = _mean_rotation(np.swapaxes(rotations[standing], -1, -2) @ flat)
     else:
         return None
@@ -259,13 +272,15 @@ def _foot(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64
     return np.asarray(rotations @ offset)
 
 
-def _standing_frames(ankle: NDArray[np.float64], fps: float) -> NDArray[np.bool_]:
-    """Frames in which a foot stands: its ankle low and still; of a runner, when it is slowest."""
+def _standing_frames(ankle: NDArray[np.float64], knee: NDArray[np.float64], fps: float) -> NDArray[np.bool_]:
+    """Frames in which a foot stands under its shank: its ankle low and still; of a runner, when it is slowest."""
+    shank = knee - ankle
+    upright = shank[:, 2] > UPRIGHT * np.linalg.norm(shank, axis=-1)
     if len(ankle) < 3:
-        return np.ones(len(ankle), dtype=bool)
+        return np.asarray(upright)
     # without the vertical speed, which the hips carry into every joint where a file has lost their height
     speed = np.linalg.norm(np.gradient(ankle[:, :2], 1 / fps, axis=0), axis=-1)
-    standing = (speed < STILL_SPEED) & (ankle[:, 2] < np.percentile(ankle[:, 2], 5) + 0.02)
+    standing = (speed < STILL_SPEED) & (ankle[:, 2] < np.percentile(ankle[:, 2], 5) + 0.02) & upright
     if standing.sum() < 3:
-        standing = speed <= np.percentile(speed, 8)
+        standing = (speed <= np.percentile(speed, 8)) & upright
     return np.asarray(standing)

@@ -1,0 +1,132 @@
+"""An import judges itself: how far every limb points from the source's, and which hinges are at their limits."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.humanoid import BODIES, HINGES, SIDES, Body, humanoid_model
+from simprep.motion.contacts import stances
+from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.targets import Targets, unit
+
+LIMBS = {
+    f"{side}_{bone}": (f"{side}_{bone}", f"{side}_{end}")
+    for side in SIDES
+    for bone, end in (("upper_arm", "forearm"), ("forearm", "hand"), ("thigh", "shank"), ("shank", "foot"))
+}
+"""Bones judged, each by the joints at its ends."""
+GOOD_P95_DEG = 5.0
+GOOD_MAX_DEG = 15.0
+FAR_DEG = 20.0
+LONG_AT_LIMIT = 0.2
+"""A hinge that is at a limit for a larger share of the frames is reported."""
+AT_LIMIT = 1e-3
+"""A hinge this near to a limit is at it [rad]."""
+
+
+@dataclass(frozen=True)
+class LimbError:
+    """Angle between a bone of ours and the source's over a clip.
+
+    Attributes:
+        median_deg: median over the frames [deg].
+        p95_deg: 95th percentile [deg].
+        max_deg: worst frame [deg].
+        max_frame: which frame that is.
+        far_share: share of the frames in which it is over 20 deg.
+    """
+
+    median_deg: float
+    p95_deg: float
+    max_deg: float
+    max_frame: int
+    far_share: float
+
+    @property
+    def good(self) -> bool:
+        """Whether the limb may be trusted: at most 5 deg in 95 % of the frames and never more than 15."""
+        return self.p95_deg <= GOOD_P95_DEG and self.max_deg <= GOOD_MAX_DEG
+
+
+@dataclass(frozen=True)
+class ImportCheck:
+    """What an import finds when it compares its result with the source.
+
+    Attributes:
+        residual_mm: mean joint distance, root aligned [mm].
+        worst_residual_mm: the same in the worst frame [mm].
+        worst_residual_frame: that frame.
+        limbs: error of every limb's direction, by name.
+        saturated: share of the frames in which a hinge is at a limit, of the hinges where that is more than 20 %.
+        warnings: what is bad, in words.
+    """
+
+    residual_mm: float
+    worst_residual_mm: float
+    worst_residual_frame: int
+    limbs: Mapping[str, LimbError]
+    saturated: Mapping[str, float]
+    warnings: tuple[str, ...]
+
+    @property
+    def worst_limb(self) -> str:
+        """The limb with the largest 95th percentile."""
+        return max(self.limbs, key=lambda limb: self.limbs[limb].p95_deg)
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether some limb is not where the source has it."""
+        return not all(limb.good for limb in self.limbs.values())
+
+
+def check_import(qpos: NDArray[np.float64], unsettled: NDArray[np.bool_], targets: Targets, body: Body) -> ImportCheck:
+    """Compare an import with its source.
+
+    Args:
+        qpos: (T, 44) poses.
+        unsettled: (T,) frames whose inverse kinematics did not settle.
+        targets: the source's joints with our bone lengths, before feet were placed.
+        body: the humanoid.
+    """
+    ours = forward_kinematics(qpos, body).xpos
+    distance = 1000 * np.linalg.norm((ours - ours[:, :1]) - (targets.positions - targets.positions[:, :1]), axis=-1)[
+        :, 1:
+    ].mean(axis=1)
+    place = {name: number for number, name in enumerate(BODIES)}
+    limbs, warnings = {}, []
+    for limb, (a, b) in LIMBS.items():
+        bone, wanted = (unit(at[:, place[b]] - at[:, place[a]]) for at in (ours, targets.positions))
+        angle = np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(bone - wanted, axis=-1) / 2, 0.0, 1.0)))
+        worst = int(angle.argmax())
+        limbs[limb] = error = LimbError(
+            float(np.median(angle)), float(np.percentile(angle, 95)), float(angle[worst]), worst,
+            float((angle > FAR_DEG).mean()),
+        )  # fmt: skip
+        if not error.good:
+            limit = GOOD_MAX_DEG if error.p95_deg <= GOOD_P95_DEG else GOOD_P95_DEG
+            warnings.append(
+                f"the {limb.replace('_', ' ')} points up to {error.max_deg:.0f} deg away from the file's (frame {worst}; "
+                f"95 % of the frames within {error.p95_deg:.0f}); more than {limit:.0f} in frames {_spans(angle > limit)}"
+            )
+    low, high = humanoid_model(body).jnt_range[1:].T
+    share = ((qpos[:, 7:] < low + AT_LIMIT) | (qpos[:, 7:] > high - AT_LIMIT)).mean(axis=0)
+    saturated = {name: float(value) for name, value in zip(HINGES, share) if value > LONG_AT_LIMIT}
+    if unsettled.any():
+        warnings.append(f"the inverse kinematics did not settle in frames {_spans(unsettled)}")
+    return ImportCheck(
+        residual_mm=float(distance.mean()),
+        worst_residual_mm=float(distance.max()),
+        worst_residual_frame=int(distance.argmax()),
+        limbs=limbs,
+        saturated=saturated,
+        warnings=tuple(warnings),
+    )
+
+
+def _spans(flags: NDArray[np.bool_], most: int = 4) -> str:
+    """Runs of flagged frames in words: 3-7, 12."""
+    runs = stances(flags)
+    words = [f"{first}-{after - 1}" if after - first > 1 else f"{first}" for first, after in runs[:most]]
+    return ", ".join(words) + (f" and {len(runs) - most} more runs" if len(runs) > most else "")
