@@ -8,6 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import Body
 from simprep.motion.footholds import FootholdSettings, FootPoses, Held, hold_feet, sole_geometry, sole_points
+from simprep.motion.targets import unit
 
 
 def place_feet(
@@ -36,15 +37,17 @@ def place_feet(
     settings = settings or FootholdSettings()
     centres, radii = sole_geometry(body)
     held = hold_feet(feet, hips, knees, contacts, fps, body, settings)
-    position = feet.position + corrections(feet, held, fps, settings)
-    rotation = held.feet.rotation.copy()
+    position, rotation = held.feet.position.copy(), held.feet.rotation.copy()
     longest = max(2, round(settings.ease * fps))
     for side, spans in enumerate(held.spans):
+        moved = position[:, side] - feet.position[:, side]
+        _ease(moved, spans, longest)
+        position[:, side] = feet.position[:, side] + moved
         turn = rotation[:, side] @ np.swapaxes(feet.rotation[:, side], -1, -2)
         turned = Rotation.from_matrix(turn).as_rotvec()
         _ease(turned, spans, longest)
         rotation[:, side] = Rotation.from_rotvec(turned).as_matrix() @ feet.rotation[:, side]
-    contacts = held.contacts.copy()
+    contacts = held.contacts & ~_passing(FootPoses(position, rotation), held, fps, body, settings)
     # a swinging foot passes over the floor; a standing foot between two footholds turns on it
     low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
     for side in range(2):
@@ -60,19 +63,18 @@ def place_feet(
     return FootPoses(position, rotation), contacts
 
 
-def corrections(feet: FootPoses, held: Held, fps: float, settings: FootholdSettings) -> NDArray[np.float64]:
-    """By how much the ankles (T, 2, 3) move to where they are held, faded in between [m].
-
-    Args:
-        feet: poses as they were.
-        held: poses where they stand.
-        fps: frames per second [1/s].
-        settings: thresholds.
-    """
-    moved = held.feet.position - feet.position
+def _passing(feet: FootPoses, held: Held, fps: float, body: Body, settings: FootholdSettings) -> NDArray[np.bool_]:
+    """(T, 2) feet on the floor that are not held, and move over it."""
+    if len(feet.position) < 2:
+        return np.zeros(held.contacts.shape, dtype=bool)
+    points = sole_points(feet, body)
+    speed = np.linalg.norm(np.gradient(points[..., :2], 1 / fps, axis=0), axis=-1)
+    lowest = np.take_along_axis(speed, points[..., 2].argmin(axis=-1)[..., None], axis=-1)[..., 0]
+    free = np.ones(held.contacts.shape, dtype=bool)
     for side, spans in enumerate(held.spans):
-        _ease(moved[:, side], spans, max(2, round(settings.ease * fps)))
-    return np.asarray(moved)
+        for first, after in spans:
+            free[first:after, side] = False
+    return np.asarray(free & (lowest > settings.still_speed))
 
 
 def _tip(
@@ -82,7 +84,7 @@ def _tip(
     radii: NDArray[np.float64],
     largest: float,
 ) -> NDArray[np.float64]:
-    """Orientations (n, 3, 3) with toe or heel tipped up by as little as brings the sole out of the floor, or near.
+    """Orientations (n, 3, 3) turned towards level by as little as brings the sole out of the floor, or near.
 
     Args:
         rotation: (n, 3, 3) of feet that pass through the floor.
@@ -91,22 +93,22 @@ def _tip(
         radii: (4,) of the spheres [m].
         largest: largest turn [rad].
     """
-    heading = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
-    axis = np.stack([-np.sin(heading), np.cos(heading), np.zeros(len(heading))], axis=-1)
+    axis = unit(rotation[:, :, 1] * [1.0, 1.0, 0.0])  # also of a foot that points down, whose heading tells nothing
     arms = np.einsum("nij,pj->npi", rotation, centres)
     ahead = np.einsum("npi,ni->np", arms, np.cross(axis, [0.0, 0.0, 1.0]))
-    tried = np.linspace(-largest, largest, 25)
-    turned = tried[:, None, None]  # a positive turn lowers what is ahead
-    height = (ankle[:, None] + np.cos(turned) * arms[..., 2] - np.sin(turned) * ahead - radii).min(axis=2).T  # (n, 25)
-    depth = np.minimum(height, 0.0)
-    # of two turns that clear the floor the smaller one
-    best = (depth - 1e-4 * np.abs(tried)).argmax(axis=1)
-    rows = np.arange(len(ankle))
-    # between the grid's last angle in the floor and its first above it
-    inner = np.clip(best - np.sign(tried[best]).astype(int), 0, len(tried) - 1)
-    above, below = height[rows, best], height[rows, inner]
+    towards_level = np.sign(rotation[:, 2, 0])  # a positive turn lowers what is ahead
+    size = np.linspace(0.0, largest, 13)
+    turned = (towards_level[:, None] * size)[..., None]  # (n, 13, 1)
+    height = ankle[:, None] + (np.cos(turned) * arms[:, None, :, 2] - np.sin(turned) * ahead[:, None] - radii).min(
+        axis=2
+    )
+    clear = height >= 0
+    best = np.where(clear.any(axis=1), clear.argmax(axis=1), height.argmax(axis=1))
+    # between the last size in the floor and the first above it
+    rows, before = np.arange(len(ankle)), np.maximum(best - 1, 0)
+    above, below = height[rows, best], height[rows, before]
     share = np.where((above > 0) & (below < 0), above / np.maximum(above - below, 1e-9), 0.0)
-    angle = tried[best] + share * (tried[inner] - tried[best])
+    angle = towards_level * (size[best] + share * (size[before] - size[best]))
     return np.asarray(Rotation.from_rotvec(angle[:, None] * axis).as_matrix() @ rotation)
 
 

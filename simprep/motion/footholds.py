@@ -42,6 +42,7 @@ class FootholdSettings:
         torsion: largest turn of a foothold towards the knee [rad].
         grip: a foot whose ankle would be farther than this from where the leg has it lets go [m],
         slip: this much earlier or later at most [s].
+        briefest: a foot that would hold for less than this after that does not stand [s].
         tip: largest turn of a swinging foot that brings its sole out of the floor [rad].
         straighten: a knee is not straightened by more than this to set a sliding foot down [rad].
         ease: longest time over which a correction fades in a swing [s].
@@ -62,10 +63,11 @@ class FootholdSettings:
     heel: float = 0.4
     along: float = 3.0
     own_pitch: float = 0.05
-    own_heading: float = 0.08
-    torsion: float = 0.45
+    own_heading: float = 0.03
+    torsion: float = 0.7
     grip: float = 0.025
     slip: float = 0.2
+    briefest: float = 0.08
     straighten: float = 0.1
     tip: float = 0.6
     ease: float = 0.14
@@ -152,7 +154,7 @@ def hold_feet(
             ankle, hip = feet.position[part, side], hips[part, side]
             stance = _Stance(
                 points[part, side], feet.rotation[part, side], centres[side], radii[side],
-                ankle, unit(hip - ankle), _fold(hip, knees[part, side], ankle), settings,
+                ankle, unit(hip - ankle), knee_offset(hip, knees[part, side], ankle), settings,
             )  # fmt: skip
             earlier = len(held)
             for begin, end in _still_parts(stance, fps, settings):
@@ -160,6 +162,9 @@ def hold_feet(
                 place, turn = _hold(stance, slice(begin, end), shank[part], turning=whole and stance.turns)
                 early, late = _grip(place - ankle[begin:end], fps, settings)
                 span = slice(first + begin + early, first + begin + late)
+                if late - early < min(end - begin, settings.briefest * fps):
+                    bearing[first + begin : first + end, side] = False  # hardly ever where the leg has it: it passes
+                    continue
                 bearing[first + begin : span.start, side] = bearing[span.stop : first + end, side] = False
                 position[span, side], rotation[span, side] = place[early:late], turn[early:late]
                 held.append((span.start, span.stop))
@@ -186,7 +191,7 @@ class _Stance:
     ) -> None:
         self.points, self.centres, self.radii, self.settings = points, centres, radii, settings
         self.ankle, self.leg, self.fold = ankle, leg, fold
-        heading = np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0])
+        heading = np.arctan2(-rotation[:, 0, 1], rotation[:, 1, 1])  # of the sideways axis: a steep foot keeps its own
         self.pitch = np.arcsin(np.clip(-rotation[:, 2, 0], -1, 1))
         self.heading = np.unwrap(heading)
         height = points[..., 2] - points[..., 2].min(axis=-1, keepdims=True)
@@ -202,11 +207,22 @@ class _Stance:
         self.slides = bool(np.ptp(self.place[flat], axis=0).max() > settings.sliding)
 
 
-def _fold(hip: NDArray[np.float64], knee: NDArray[np.float64], ankle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How far and which way the knee is off the line from hip to ankle, in plan (n, 2) [m]."""
-    line = ankle - hip
-    share = ((knee - hip) * line).sum(axis=-1, keepdims=True) / np.maximum((line**2).sum(axis=-1, keepdims=True), 1e-9)
-    return np.asarray((knee - hip - share * line)[:, :2])
+def knee_offset(hip: NDArray[np.float64], knee: NDArray[np.float64], ankle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Which way the foot of a folded leg points when flat on the floor, and how much the knee tells of it.
+
+    Our ankle bends in the plane of the leg, so a flat foot points along the line in which that plane meets the floor.
+
+    Args:
+        hip: (n, 3) [m].
+        knee: (n, 3) [m].
+        ankle: (n, 3) [m].
+
+    Returns:
+        (n, 2) in plan, as long as the knee is far from the line from hip to ankle [m].
+    """
+    normal = np.cross(hip - ankle, knee - ankle)
+    offset = np.linalg.norm(normal, axis=-1) / np.maximum(np.linalg.norm(hip - ankle, axis=-1), 1e-9)
+    return np.asarray(unit(np.stack([normal[:, 1], -normal[:, 0]], axis=-1)) * offset[:, None])
 
 
 def _towards_knee(heading: float, fold: NDArray[np.float64], settings: FootholdSettings) -> float:

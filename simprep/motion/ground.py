@@ -10,9 +10,10 @@ from simprep.humanoid import BODIES, FEET, GRAVITY, SIDES, Body, humanoid_model
 from simprep.motion.contacts import contacts_of_points, stances
 from simprep.motion.foot_passage import place_feet
 from simprep.motion.footholds import FootPoses, sole_points
+from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.retarget import RetargetSettings, solve
 from simprep.motion.set_down import set_down
-from simprep.motion.targets import ORIENTED, Targets, unit
+from simprep.motion.targets import ORIENTED, UPRIGHT, Targets, unit
 
 HIPS = (BODIES.index("left_thigh"), BODIES.index("right_thigh"))
 KNEES = (BODIES.index("left_shank"), BODIES.index("right_shank"))
@@ -27,9 +28,15 @@ STRETCH = 0.9998
 """A standing leg is at most this share of its length long."""
 HIGHER = 0.02
 """A foot that is this much higher than the other one, which stands, does not stand [m]."""
+BRIEFEST_S = 0.06
+"""What is left of a stance after that is one if it lasts this long [s]."""
 ROUNDS = 4
+"""How often the body follows its feet and the footholds the body."""
 FOLLOW_S = 0.03
+"""The body's shift is smoothed by a Gaussian of this width [s]."""
 PREROLL_S = 0.25
+TOUCHING = 0.005
+"""A foot this high touches the floor [m]."""
 HOVERING = 0.01
 """Being set down by more than this is worth a warning [m]."""
 
@@ -70,6 +77,10 @@ def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | No
     touching = contacts_of_points(soles, targets.fps)
     lowest = soles[..., 2].min(axis=-1)
     touching &= ~((lowest - lowest[:, ::-1] > HIGHER) & touching[:, ::-1])
+    for side in range(2):
+        for first, after in stances(touching[:, side]):
+            if after - first < BRIEFEST_S * targets.fps and first > 0 and after < len(touching):
+                touching[first:after, side] = False
     whole = levelled
     for _ in range(ROUNDS):
         # the body follows its feet, and their footholds follow the body
@@ -84,22 +95,27 @@ def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | No
         feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, body
     )
     whole = _follow(whole, placed, contacts, body)
+    shank = whole.positions[:, KNEES] - whole.positions[:, FEET]
+    standing = contacts & (shank[..., 2] > UPRIGHT * np.linalg.norm(shank, axis=-1))  # kneeling, a foot only lies there
     if cyclic:
         before = min(n, round(PREROLL_S * targets.fps))
         keep = slice(n - before, 2 * n)
         part = replace(whole, positions=whole.positions[keep], orientations=whole.orientations[keep])
-        solution = solve(part, contacts[keep], body, settings)
+        solution = solve(part, standing[keep], body, settings)
         qpos, unsettled = solution.qpos[before:], solution.unsettled[before:]
-        contacts = contacts[n : 2 * n]
+        contacts, standing = contacts[n : 2 * n], standing[n : 2 * n]
         assert targets.step is not None
         qpos[:, :3] -= targets.step
     else:
-        solution = solve(whole, contacts, body, settings)
+        solution = solve(whole, standing, body, settings)
         qpos, unsettled = solution.qpos, solution.unsettled
     lowered = set_down(qpos, targets.fps, body, cyclic)
     if lowered.max(initial=0.0) > HOVERING:
         warnings.append(f"the body hovered over the floor by up to {lowered.max():.2f} m without falling: set down")
     qpos[:, 2] -= lowered
+    # a kneeling or lying foot supports where it touches
+    shown = forward_kinematics(qpos, body).foot_points[..., 2].min(axis=-1)
+    contacts &= standing | (shown < TOUCHING)
     return Placed(qpos, contacts, unsettled, tuple(warnings))
 
 

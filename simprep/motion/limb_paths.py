@@ -24,12 +24,14 @@ REST = 0.02
 """Weight of the hinge angles themselves: what nothing else decides goes to 0 within SMOOTHNESS_S / REST = 0.2 s."""
 SWITCH = 5e-4
 """Price of a turn when branches are chosen [s rad]: half a turn is worth 13 degrees of error for 0.03 s."""
-LEAST_WORTH = np.radians(3.0)
+LEAST_WORTH = np.radians(5.0)
 """Smoothness is not worth more error than this [rad]."""
 LEAST_JUMP = 1.0
 """A hinge that turns by more than this from frame to frame has changed its branch [rad]."""
 FAR = 0.3
-"""A branch farther than this outside of the limits is not searched where the other is inside [rad]."""
+"""A branch that the limits keep farther than this away is not searched where the other is exact [rad]."""
+EXACT = 2e-3
+"""An error of direction below this is none [rad]."""
 SETTLED = 1e-3
 """A fit that moves no hinge by more than this has settled [rad]."""
 
@@ -137,7 +139,7 @@ def limb_path(limb: Limb, upper: Array, lower: Array, fps: float) -> Array:
 
 
 def worst_angle(limb: Limb, angles: Array, wanted: Array) -> Array:
-    """Angle between bone and wanted direction, the larger of both bones (T,) [rad]."""
+    """Angle between bone and wanted direction, the larger of both bones (...) [rad]."""
     residual, _ = limb.residual(angles, wanted)
     chord = np.maximum(np.linalg.norm(residual[..., :3], axis=-1), np.linalg.norm(residual[..., 3:], axis=-1))
     return np.asarray(2 * np.arcsin(np.minimum(chord / 2, 1.0)))
@@ -157,8 +159,6 @@ def candidates(limb: Limb, wanted: Array) -> Array:
     x, y, z = wanted[:, :3].T
     out = np.empty((len(wanted), 4, 4))
     middle = (limb.low + limb.high) / 2
-    outside = np.zeros((len(wanted), 4), dtype=bool)
-    far = np.zeros((len(wanted), 4), dtype=bool)
     signs = np.array([limb.axes[0, 1], limb.axes[1, 0], limb.axes[2, 2]])
     for branch in range(2):
         tilt = np.arcsin(np.clip(y, -1, 1))
@@ -175,15 +175,16 @@ def candidates(limb: Limb, wanted: Array) -> Array:
         inside = np.clip(angles, limb.low, limb.high)
         out[:, 2 * branch] = out[:, 2 * branch + 1] = inside
         missed = np.abs(inside - angles) > 1e-9
-        outside[:, 2 * branch] = outside[:, 2 * branch + 1] = missed.any(axis=1)
-        far[:, 2 * branch] = far[:, 2 * branch + 1] = (np.abs(inside - angles) > FAR).any(axis=1)
         other_end = np.where(angles[:, 2] < middle[2], limb.high[2], limb.low[2])
         out[:, 2 * branch + 1, 2] = np.where(missed[:, 2], other_end, inside[:, 2])
-    # far outside, beside a branch that is inside, no pose is worth its search
-    exact = np.argmin(outside, axis=1)
-    hopeless = far & ~np.asarray(outside.all(axis=1))[:, None]
-    out = np.where(hopeless[..., None], out[np.arange(len(out)), exact][:, None], out)
-    frames, which = np.nonzero(outside & ~hopeless)
+    # what the limits cost is an angle of the bones: the twist of a straight limb is no matter
+    error = worst_angle(limb, out, wanted[:, None])
+    best = error.argmin(axis=1)
+    rows = np.arange(len(out))
+    # far off, beside a branch that is inside, no pose is worth its search
+    hopeless = (error > FAR) & (error[rows, best] < EXACT)[:, None]
+    out = np.where(hopeless[..., None], out[rows, best][:, None], out)
+    frames, which = np.nonzero((error > EXACT) & ~hopeless)
     if len(frames):
         out[frames, which] = _nearest(limb, out[frames, which], wanted[frames])
     return out

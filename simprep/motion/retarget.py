@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 from simprep.errors import MotionError
 from simprep.humanoid import ARM_JOINTS, BODIES, SIDES, Body, hinge_index, humanoid_model
+from simprep.motion.footholds import knee_offset
 from simprep.motion.limb_paths import Limb, limb_path
 from simprep.motion.targets import ORIENTED, Targets, frame_from, unit
 
@@ -33,10 +34,13 @@ class RetargetSettings:
         foot_cost: weight of a foot's tilt [1/rad].
         foot_turn_cost: weight of its heading [1/rad], which in our body, without torsion of the shank, turns the knee.
         stance_knee_cost: factor on the position of its knee, which decides the heading together with the foot.
+        twist: a knee this far beside the plane of its standing foot halves the weight of the heading [m]: our shank has
+            no torsion, and knees matter more.
         stance_cost: factor on the position of a foot that stands.
         stance_tilt_cost: factor on its tilt.
         stance_turn_cost: factor on its heading.
         posture_cost: pull of every hinge to its closed form [1/rad], for what nothing else decides (twist of a straight limb).
+        arm_cost: the same for shoulder and elbow, whose closed form is smooth where the shoulder's hinges line up.
         neck_cost: the same for the rotations of neck and head, which would else turn against each other to imitate the
             head's side bending that our body lacks.
         iterations: largest number of steps per frame.
@@ -51,11 +55,13 @@ class RetargetSettings:
     hand_cost: float = 0.03
     foot_cost: float = 0.1
     foot_turn_cost: float = 0.03
+    twist: float = 0.02
     stance_cost: float = 10.0
     stance_tilt_cost: float = 10.0
-    stance_turn_cost: float = 4.0
-    stance_knee_cost: float = 2.0
+    stance_turn_cost: float = 25.0
+    stance_knee_cost: float = 1.0
     posture_cost: float = 0.004
+    arm_cost: float = 0.05
     neck_cost: float = 0.03
     iterations: int = 30
     tolerance: float = 0.05
@@ -94,6 +100,8 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         super().__init__(cost=self.base_cost.copy(), gain=1.0, lm_damping=0.0)
         self.pull = np.full(model.nv, settings.posture_cost**2)
         self.pull[:6] = 1e-9
+        for name in (f"{side}_{hinge}" for side in SIDES for hinge in ARM_JOINTS[:4]):
+            self.pull[6 + hinge_index(name)] = settings.arm_cost**2
         for name in ("neck_rotation", "head_rotation"):
             self.pull[6 + hinge_index(name)] = settings.neck_cost**2
         self.bodies = np.arange(1, 1 + len(BODIES))
@@ -117,9 +125,18 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         positions: NDArray[np.float64],
         orientations: NDArray[np.float64],
         standing: NDArray[np.bool_],
+        twisted: NDArray[np.float64],
         rest: NDArray[np.float64],
     ) -> None:
-        """Targets of one frame (17, 3), (5, 3, 3), which feet stand (2,), and the pose (44,) that the rest is pulled to."""
+        """Targets of one frame.
+
+        Args:
+            positions: (17, 3) of the bodies [m].
+            orientations: (5, 3, 3) of the bodies in `ORIENTED`.
+            standing: (2,) which feet stand.
+            twisted: (2,) how far each knee is beside the plane of its foot [m].
+            rest: (44,) pose that everything is pulled to a little.
+        """
         self.positions, self.orientations, self.rest = positions, orientations, rest
         cost = self.base_cost.copy()
         for number in range(2):
@@ -129,7 +146,8 @@ class BodyTask(mink.Task):  # type: ignore[misc]
                 cost[3 * foot - 3 : 3 * foot] *= self.settings.stance_knee_cost
                 turn = 3 * len(BODIES) + 3 * (3 + number)
                 cost[turn : turn + 2] *= self.settings.stance_tilt_cost
-                cost[turn + 2] *= self.settings.stance_turn_cost
+                yields = 1 + (twisted[number] / self.settings.twist) ** 2
+                cost[turn + 2] *= self.settings.stance_turn_cost / yields
         self.cost = cost
         self.weight = cost[:, None] * self.mask
 
@@ -319,11 +337,14 @@ def solve(
     configuration = mink.Configuration(model, start[0])
     task = BodyTask(model, settings, targets.oriented)
     limit = Floor(model) if floor else None
+    twisted = _twisted(targets)
     out = np.empty_like(start)
     unsettled = np.zeros(len(start), dtype=bool)
     lead = np.zeros(model.nv)
     for frame in range(len(start)):
-        task.set_target(targets.positions[frame], targets.orientations[frame], standing[frame], start[frame])
+        task.set_target(
+            targets.positions[frame], targets.orientations[frame], standing[frame], twisted[frame], start[frame]
+        )
         qpos = start[frame].copy()
         # what the frame before needed beside its closed form; only where it starts is at stake, not where it ends
         if np.abs(lead[3:]).max() < settings.lead:
@@ -338,6 +359,16 @@ def solve(
         out[frame] = configuration.q
         mujoco.mj_differentiatePos(model, lead, 1.0, start[frame], out[frame])
     return Solution(out, unsettled)
+
+
+def _twisted(targets: Targets) -> NDArray[np.float64]:
+    """How far each knee folds to the side of where its foot points (T, 2) [m]."""
+    out = np.empty((len(targets.positions), 2))
+    for number, side in enumerate(SIDES):
+        hip, knee, ankle = (targets.positions[:, BODIES.index(f"{side}_{part}")] for part in ("thigh", "shank", "foot"))
+        aside = targets.orientations[:, 3 + number, :, 1] * [1.0, 1.0, 0.0]
+        out[:, number] = (knee_offset(hip, knee, ankle) * unit(aside)[:, :2]).sum(axis=1)
+    return out
 
 
 def _step(configuration: Any, task: BodyTask, floor: Floor | None) -> float:
