@@ -3,6 +3,7 @@
 import json
 import lzma
 import math
+import sys
 import tokenize
 import warnings
 import zipfile
@@ -14,7 +15,7 @@ from types import MappingProxyType
 from typing import IO, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from simprep.errors import MotionFileError, SimprepError
 from simprep.files import atomic_path
@@ -79,7 +80,7 @@ def open_archive(
         if "header" not in archive:
             kind = foreign(archive.files) or f"not a {what} (no 'header' entry; schema {schema} expected)"
             raise MotionFileError(path, kind)
-        header = json.loads(str(archive["header"]))
+        header = json.loads("".join(texts(archive["header"])))
         if not isinstance(header, dict) or header.get("schema") != schema:
             given = header.get("schema") if isinstance(header, dict) else header
             hint = next((f": {text}" for kind, text in hints.items() if str(given).startswith(kind)), "")
@@ -152,3 +153,20 @@ def _declared(stream: IO[bytes]) -> tuple[tuple[int, ...], int]:
         except Warning as warning:
             raise ValueError(str(warning)) from None
     return shape, dtype.itemsize
+
+
+def texts(array: NDArray[Any]) -> tuple[str, ...]:
+    """Strings of an array of a file.
+
+    Args:
+        array: (N,) or () of text.
+
+    Raises:
+        ValueError: numbers, or characters that do not exist, on which Python's own string functions fail.
+    """
+    if array.dtype.kind != "U":
+        raise ValueError(f"{array.dtype} where text is expected")
+    codes = np.frombuffer(array.astype(array.dtype.newbyteorder("=")).tobytes(), dtype=np.uint32)
+    if codes.size and codes.max() > sys.maxunicode:
+        raise ValueError("text with characters that do not exist")
+    return tuple(str(text) for text in np.atleast_1d(array))

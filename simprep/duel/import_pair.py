@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simprep.archive import open_arrays
+from simprep.archive import open_arrays, texts
 from simprep.duel.positions import DEFAULT_SETTINGS, PositionSettings, centres, position_clip, read_positions
 from simprep.duel.stream import PLAYERS, DuelStream, StreamReport, check_stream, swapped_frames
 from simprep.duel.stream_store import SCHEMA, read_stream
@@ -180,7 +180,7 @@ def _schema(path: Path) -> str | None:
         return None
     try:
         with open_arrays(path, "file of simprep") as archive:
-            header = json.loads(str(archive["header"])) if "header" in archive else None
+            header = json.loads("".join(texts(archive["header"]))) if "header" in archive else None
     except MotionFileError:
         return None
     return str(header.get("schema")) if isinstance(header, dict) else None

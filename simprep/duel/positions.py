@@ -13,13 +13,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.archive import open_arrays
+from simprep.archive import open_arrays, texts
 from simprep.errors import MotionFileError, SettingError
 from simprep.humanoid import SIDES
 from simprep.motion.formats.foreign import npz_kind
 from simprep.motion.formats.numbers import LARGEST
 from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, check_size
-from simprep.motion.joint_map import LIMB_PARTS, ROLES, guess_roles
+from simprep.motion.joint_map import LIMB_PARTS, ROLES, guess_roles, shown_names
 from simprep.motion.motion import MAX_FPS, MIN_FPS
 from simprep.motion.targets import frame_from, unit
 
@@ -91,7 +91,7 @@ def read_positions(path: str | Path) -> Recording:
                 path, kind or f"no {', '.join(missing)}; joint positions need positions, joint_names, fps"
             )
         given = archive["positions"]
-        names = tuple(str(name) for name in np.atleast_1d(archive["joint_names"]))
+        names = texts(archive["joint_names"])
         fps = float(archive["fps"])
         if given.dtype.kind not in "fiu":
             raise MotionFileError(path, f"positions of {given.dtype}; valid: numbers")
@@ -225,7 +225,7 @@ def _roles(recording: Recording, joint_map: Mapping[str, str] | None) -> dict[st
     if missing:
         raise MotionFileError(
             recording.path,
-            f"no joint found for {', '.join(missing)}; joints of the file: {', '.join(recording.names[:40])}. "
+            f"no joint found for {', '.join(missing)}; joints of the file: {shown_names(recording.names, 40)}. "
             'A joint map (--joint-map FILE with {"part": "joint name"}) can name them',
         )
     return {role: roles[role] for role in ROLES if role in roles and not role.endswith("hand_tip")}

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.archive import open_arrays
+from simprep.archive import open_arrays, texts
 from simprep.duel.label_scores import AspectScore, score
 from simprep.duel.labelling import LabelSettings, new_machine
 from simprep.duel.pose_features import pose_features
@@ -69,10 +69,10 @@ def read_sbu(path: str | Path) -> SbuPairs:
     """
     path = Path(path)
     with open_arrays(path, "file of pairs") as archive:
-        names = tuple(str(name) for name in archive["joint_names"])
+        names = texts(archive["joint_names"])
         if names != JOINTS:
             raise MotionFileError(path, f"joints {', '.join(names)}; valid: {', '.join(JOINTS)}")
-        kinds = [str(name) for name in archive["label_names"]]
+        kinds = texts(archive["label_names"])
         return SbuPairs(
             np.asarray(archive["positions"], dtype=np.float64),
             np.asarray(archive["length"], dtype=np.int64),

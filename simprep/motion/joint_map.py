@@ -8,7 +8,7 @@ The trunk is found by topology: the joints on the way from the hips' common ance
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile
 from pathlib import Path
@@ -45,6 +45,7 @@ _TRUNK_WORDS: dict[str, tuple[str, ...]] = {
     "head": ("head",),
 }
 MAX_MAP = 1_000_000
+LONG_NAME = 60
 _PREFIXES = re.compile(r"^(.*:|mixamorig\d*[:_]?|cc_base_|bip\d+[ _]?|rl_|def[-_]|character\d*_|m_avg_)", re.IGNORECASE)
 
 
@@ -93,16 +94,17 @@ def find_joints(
     needed = [f"{side}_{part}" for side in SIDES for part in LIMB_PARTS] + ["neck"]
     missing = [role for role in needed if role not in roles]
     if missing:
-        shown = ", ".join(names[:30]) + (", ..." if len(names) > 30 else "")
         raise MotionFileError(
             path,
-            f"no joint found for {', '.join(missing)}; joints of the file: {shown}. "
+            f"no joint found for {', '.join(missing)}; joints of the file: {shown_names(names, 30)}. "
             'A joint map (--joint-map FILE with {"part": "joint name"}) can name them',
         )
     taken: dict[int, str] = {}
     for role in needed:
         if roles[role] in taken:
-            raise MotionFileError(path, f"joint {names[roles[role]]!r} stands for {taken[roles[role]]} and for {role}")
+            raise MotionFileError(
+                path, f"joint {names[roles[role]][:LONG_NAME]!r} stands for {taken[roles[role]]} and for {role}"
+            )
         taken[roles[role]] = role
     trunk = _trunk(path, roles, names, parents)
     used = set(roles.values()) | set(trunk)
@@ -169,14 +171,21 @@ def _override(path: object, roles: dict[str, int], names: tuple[str, ...], overr
     index = {name: number for number, name in enumerate(names)}
     for role, name in (override or {}).items():
         if role not in ROLES:
-            raise UnknownNameError("part in the joint map", role, ROLES)
+            raise UnknownNameError("part in the joint map", role[:LONG_NAME], ROLES)
         if name == "none":
             roles.pop(role, None)
         elif name in index:
             roles[role] = index[name]
         else:
-            shown = ", ".join(names[:40]) + (", ..." if len(names) > 40 else "")
-            raise MotionFileError(path, f"the joint map names {name!r} for {role!r}; joints of the file: {shown}")
+            raise MotionFileError(
+                path,
+                f"the joint map names {name[:LONG_NAME]!r} for {role!r}; joints of the file: {shown_names(names, 40)}",
+            )
+
+
+def shown_names(names: Sequence[str], most: int) -> str:
+    """Names for a message: the first few, each cut where it is too long to be a name."""
+    return ", ".join(name[:LONG_NAME] for name in names[:most]) + (", ..." if len(names) > most else "")
 
 
 def _without_shared(names: tuple[str, ...]) -> list[str]:
