@@ -1,25 +1,35 @@
 """Files of ours with arrays: one .npz with a JSON header that names its schema, written whole, checked when read."""
 
 import json
+import lzma
+import math
+import sys
+import tokenize
+import warnings
 import zipfile
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from simprep.errors import MotionFileError, SimprepError
 from simprep.files import atomic_path
 
 MAX_BYTES = 300_000_000
 """Largest content read [bytes, unpacked]: a motion of about 14 hours at 30 frames/s."""
+SMALL_BYTES = 30_000_000
+"""As much is unpacked of the smallest file [bytes]."""
+MAX_PACKING = 100
+"""Above that, content at most so many times larger than the file: recorded numbers pack by 2, ours by 20 at most."""
+MAX_HEADER_BYTES = 16_000_000
 UNREADABLE = (
-    OSError, ValueError, LookupError, TypeError, AttributeError, EOFError, MemoryError, np.linalg.LinAlgError,
-    zipfile.BadZipFile, zlib.error,
+    OSError, ValueError, LookupError, TypeError, AttributeError, EOFError, MemoryError, ArithmeticError, RuntimeError,
+    np.linalg.LinAlgError, zipfile.BadZipFile, zlib.error, lzma.LZMAError, tokenize.TokenError,
 )  # fmt: skip
 
 
@@ -45,7 +55,11 @@ def write_archive(path: str | Path, header: Mapping[str, Any], arrays: Mapping[s
 
 @contextmanager
 def open_archive(
-    path: str | Path, what: str, schema: str, hints: Mapping[str, str] = MappingProxyType({})
+    path: str | Path,
+    what: str,
+    schema: str,
+    hints: Mapping[str, str] = MappingProxyType({}),
+    foreign: Callable[[Collection[str]], str | None] = lambda _: None,
 ) -> Iterator[tuple[dict[str, Any], Any]]:
     """Header and arrays of a file written by `write_archive`; whatever goes wrong inside the block names the file.
 
@@ -54,28 +68,46 @@ def open_archive(
         what: what it should be, for the message: `duel model`.
         schema: the schema that is read.
         hints: what to say of files of other kinds, by the beginning of their schema.
+        foreign: what to say of a file without a header, by the names of its entries; None for nothing.
 
     Yields:
         the header, and the archive (a mapping of names to arrays).
 
     Raises:
-        MotionFileError: missing, too large, not a file of ours, another schema version, damaged, or refused in the block.
+        MotionFileError: as `open_arrays`; not a file of ours, another schema version, or refused in the block.
+    """
+    with open_arrays(path, what) as archive:
+        if "header" not in archive:
+            kind = foreign(archive.files) or f"not a {what} (no 'header' entry; schema {schema} expected)"
+            raise MotionFileError(path, kind)
+        header = json.loads("".join(texts(archive["header"])))
+        if not isinstance(header, dict) or header.get("schema") != schema:
+            given = header.get("schema") if isinstance(header, dict) else header
+            hint = next((f": {text}" for kind, text in hints.items() if str(given).startswith(kind)), "")
+            raise MotionFileError(path, f"schema {str(given)[:100]!r}{hint}; this version reads {schema!r}")
+        yield header, archive
+
+
+@contextmanager
+def open_arrays(path: str | Path, what: str) -> Iterator[Any]:
+    """Arrays of any .npz, checked before memory is taken; whatever goes wrong inside the block names the file.
+
+    Args:
+        path: the file.
+        what: what it should be, for the message.
+
+    Yields:
+        the archive (a mapping of names to arrays).
+
+    Raises:
+        MotionFileError: missing, too large, damaged, entries that declare more than they hold, or refused in the block.
     """
     path = Path(path)
     try:
         with zipfile.ZipFile(path) as members:
-            unpacked = sum(member.file_size for member in members.infolist())
-        if unpacked > MAX_BYTES:
-            raise MotionFileError(path, f"{unpacked // 10**6} MB unpacked; valid: up to {MAX_BYTES // 10**6} MB")
+            _check_members(path, members)
         with np.load(path, allow_pickle=False) as archive:
-            if "header" not in archive:
-                raise MotionFileError(path, f"not a {what} (no 'header' entry; schema {schema} expected)")
-            header = json.loads(str(archive["header"]))
-            if not isinstance(header, dict) or header.get("schema") != schema:
-                given = header.get("schema") if isinstance(header, dict) else header
-                hint = next((f": {text}" for kind, text in hints.items() if str(given).startswith(kind)), "")
-                raise MotionFileError(path, f"schema {given!r}{hint}; this version reads {schema!r}")
-            yield header, archive
+            yield archive
     except MotionFileError:
         raise
     except FileNotFoundError:
@@ -83,4 +115,58 @@ def open_archive(
     except SimprepError as error:
         raise MotionFileError(path, str(error)) from None
     except UNREADABLE as error:
-        raise MotionFileError(path, f"not a readable {what} ({type(error).__name__}: {error})") from None
+        raise MotionFileError(path, f"not a readable {what} ({type(error).__name__}: {str(error)[:300]})") from None
+
+
+def _check_members(path: Path, members: zipfile.ZipFile) -> None:
+    """Refuse what would take more memory than the file is worth: packed zeros, shapes that nothing stands behind."""
+    unpacked = sum(member.file_size for member in members.infolist())
+    most = min(MAX_BYTES, max(SMALL_BYTES, MAX_PACKING * path.stat().st_size))
+    if unpacked > most:
+        raise MotionFileError(path, f"{unpacked // 10**6} MB unpacked; valid: up to {most // 10**6} MB for its size")
+    for member in members.infolist():
+        name = member.filename.removesuffix(".npy")
+        if name == "header" and member.file_size > MAX_HEADER_BYTES:
+            raise MotionFileError(
+                path, f"a header of {member.file_size // 10**6} MB; valid: {MAX_HEADER_BYTES // 10**6}"
+            )
+        if name != member.filename:
+            with members.open(member) as stream:
+                shape, itemsize = _declared(stream)
+            if min(shape, default=0) < 0 or math.prod(shape) * max(itemsize, 1) > member.file_size:
+                raise MotionFileError(
+                    path,
+                    f"entry {name[:40]!r} declares shape {str(shape)[:60]} and holds {member.file_size} bytes: damaged",
+                )
+
+
+def _declared(stream: IO[bytes]) -> tuple[tuple[int, ...], int]:
+    """Shape and bytes of an item that a .npy file declares."""
+    read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
+    version = np.lib.format.read_magic(stream)
+    if version not in read:
+        raise ValueError(f"npy format {version}")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # of headers that Python 2 wrote, as numpy says, or somebody damaged
+        try:
+            shape, _, dtype = read[version](stream)
+        except Warning as warning:
+            raise ValueError(str(warning)) from None
+    return shape, dtype.itemsize
+
+
+def texts(array: NDArray[Any]) -> tuple[str, ...]:
+    """Strings of an array of a file.
+
+    Args:
+        array: (N,) or () of text.
+
+    Raises:
+        ValueError: numbers, or characters that do not exist, on which Python's own string functions fail.
+    """
+    if array.dtype.kind != "U":
+        raise ValueError(f"{array.dtype} where text is expected")
+    codes = np.frombuffer(array.astype(array.dtype.newbyteorder("=")).tobytes(), dtype=np.uint32)
+    if codes.size and codes.max() > sys.maxunicode:
+        raise ValueError("text with characters that do not exist")
+    return tuple(str(text) for text in np.atleast_1d(array))

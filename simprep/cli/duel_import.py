@@ -13,8 +13,8 @@ from simprep.cli.output import Output, print_result
 class DuelImport:
     """Import two people recorded together, in one frame, and write them as one stream.
 
-    One file per person (the formats of `simprep import`), or one .npz of joint positions (T, 2, J, 3) with
-    `joint_names` and `fps`. Each person moves a body with their own legs, so that distances are kept.
+    One file per person (the formats of `simprep import`), or one file with both: a .bvh of two ROOTs, or an .npz of
+    joint positions (T, 2, J, 3) with `joint_names` and `fps`. Each person moves a body with their own legs, so that distances are kept.
 
     Example: simprep duel import 18_01.bvh 19_01.bvh -o handshake.npz
     """

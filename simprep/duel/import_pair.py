@@ -1,18 +1,19 @@
 """Two people from one file or two, in one frame: each moves a body with their own legs, so distances are kept."""
 
 import json
-import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
+from simprep.archive import open_arrays, texts
 from simprep.duel.positions import DEFAULT_SETTINGS, PositionSettings, centres, position_clip, read_positions
 from simprep.duel.stream import PLAYERS, DuelStream, StreamReport, check_stream, swapped_frames
 from simprep.duel.stream_store import SCHEMA, read_stream
 from simprep.errors import MotionError, MotionFileError
 from simprep.humanoid import Body
+from simprep.motion.formats.bvh import read_bvh_people
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.joint_map import read_joint_map
 from simprep.motion.load import ImportReport, ImportResult, import_motion, read_source, retarget_clip
@@ -52,7 +53,8 @@ def import_pair(
     saved streams, are taken as they are.
 
     Args:
-        a: person A (.bvh, .amc, DeepMimic, .npz of simprep or of joint positions), or one .npz with both people.
+        a: person A (.bvh, .amc, DeepMimic, .npz of simprep or of joint positions), or one .npz, or one .bvh
+            of two ROOTs, with both people.
         b: person B of the same take; None where `a` holds both.
         fps: output frame rate [1/s]; None: the files', at most 60.
         up: vertical axis of the files; None to find it.
@@ -117,7 +119,15 @@ def _clips_of_one(
     path: Path, joint_map: Mapping[str, str] | None, settings: PositionSettings
 ) -> tuple[tuple[SourceClip, SourceClip], tuple[str, ...]]:
     if path.suffix.lower() != ".npz":
-        raise MotionFileError(path, "holds one person; give the other one's file too, or one .npz with both people")
+        if not path.is_file():
+            raise MotionFileError(path, "no such file")
+        clips = read_bvh_people(path) if path.suffix.lower() == ".bvh" else (read_source(path),)
+        if len(clips) == 1:
+            both = "one file with both people (.npz of joint positions, .bvh of two ROOTs)"
+            raise MotionFileError(path, f"holds one person; give the other one's file too, or {both}")
+        if len(clips) != 2:
+            raise MotionFileError(path, f"holds {len(clips)} people, one for each ROOT; a stream needs 2")
+        return (clips[0], clips[1]), ()
     if _schema(path) == MOTION_SCHEMA:
         raise MotionFileError(path, "a motion of one person; give the other one's file too")
     recording = read_positions(path)
@@ -169,8 +179,8 @@ def _schema(path: Path) -> str | None:
     if path.suffix.lower() != ".npz" or not path.is_file():
         return None
     try:
-        with np.load(path, allow_pickle=False) as archive:
-            header = json.loads(str(archive["header"])) if "header" in archive else None
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile):
+        with open_arrays(path, "file of simprep") as archive:
+            header = json.loads("".join(texts(archive["header"]))) if "header" in archive else None
+    except MotionFileError:
         return None
     return str(header.get("schema")) if isinstance(header, dict) else None

@@ -5,8 +5,6 @@ that names both legs and both arms (hip, knee, ankle or foot; shoulder, elbow, w
 are used where they are given. What a position cannot tell (twists, how a hand is turned) stays neutral.
 """
 
-import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import pairwise
@@ -15,10 +13,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.archive import open_arrays, texts
 from simprep.errors import MotionFileError, SettingError
 from simprep.humanoid import SIDES
-from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip
-from simprep.motion.joint_map import LIMB_PARTS, ROLES, guess_roles
+from simprep.motion.formats.foreign import npz_kind
+from simprep.motion.formats.numbers import LARGEST
+from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, check_size
+from simprep.motion.joint_map import LIMB_PARTS, ROLES, guess_roles, shown_names
 from simprep.motion.motion import MAX_FPS, MIN_FPS
 from simprep.motion.targets import frame_from, unit
 
@@ -82,30 +83,32 @@ def read_positions(path: str | Path) -> Recording:
         MotionFileError: missing, unreadable, or an entry missing or of the wrong shape.
     """
     path = Path(path)
-    if not path.is_file():
-        raise MotionFileError(path, "no such file")
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            missing = [key for key in ("positions", "joint_names", "fps") if key not in archive]
-            if missing:
-                raise MotionFileError(
-                    path, f"no {', '.join(missing)}; joint positions need positions, joint_names, fps"
-                )
-            positions = np.asarray(archive["positions"], dtype=np.float64)
-            names = tuple(str(name) for name in np.atleast_1d(archive["joint_names"]))
-            fps = float(archive["fps"])
-    except (OSError, ValueError, TypeError, EOFError, zipfile.BadZipFile, zlib.error) as error:
-        raise MotionFileError(path, f"not readable joint positions ({type(error).__name__}: {error})") from None
-    if positions.ndim == 3:
-        positions = positions[:, None]
-    if positions.ndim != 4 or positions.shape[2:] != (len(names), 3) or not len(positions):
-        raise MotionFileError(
-            path, f"positions {positions.shape} for {len(names)} joint names; valid: (T, J, 3) or (T, 2, J, 3)"
-        )
-    if positions.size * 3 > MAX_VALUES:
-        raise MotionFileError(path, f"{positions.size} numbers; valid: up to {MAX_VALUES // 3}")
+    with open_arrays(path, "file of joint positions") as archive:
+        missing = [key for key in ("positions", "joint_names", "fps") if key not in archive]
+        if missing:
+            kind = npz_kind(archive.files)
+            raise MotionFileError(
+                path, kind or f"no {', '.join(missing)}; joint positions need positions, joint_names, fps"
+            )
+        given = archive["positions"]
+        names = texts(archive["joint_names"])
+        fps = float(archive["fps"])
+        if given.dtype.kind not in "fiu":
+            raise MotionFileError(path, f"positions of {given.dtype}; valid: numbers")
+        if given.ndim == 3:
+            given = given[:, None]
+        if given.ndim != 4 or given.shape[2:] != (len(names), 3) or not len(given):
+            raise MotionFileError(
+                path, f"positions {given.shape} for {len(names)} joint names; valid: (T, J, 3) or (T, 2, J, 3)"
+            )
+        if given.size * 3 > MAX_VALUES:
+            raise MotionFileError(path, f"{given.size} numbers; valid: up to {MAX_VALUES // 3}")
+        positions = np.asarray(given, dtype=np.float64)
     if not (np.isfinite(fps) and MIN_FPS <= fps <= MAX_FPS):
         raise MotionFileError(path, f"frame rate {fps} 1/s; valid: {MIN_FPS:g} to {MAX_FPS:g}")
+    far = np.isfinite(positions) & (np.abs(positions) > LARGEST)
+    if far.any():
+        raise MotionFileError(path, f"a position is {positions[far][0]:g}; valid: numbers up to {LARGEST:g}")
     return Recording(path, positions, names, fps)
 
 
@@ -139,6 +142,8 @@ def position_clip(
     positions, filled = fill_gaps(path, recording, person, used, settings.longest_gap_s)
     if filled:
         notes.append(f"{filled} unseen joint positions in short gaps interpolated")
+    factor = max(1, int(np.ceil(settings.lowest_fps / recording.fps - 1e-9)))
+    check_size(path, len(positions) * factor, max(len(recording.names), len(ROLES)))
     positions, fps = _cleaned(positions, recording.fps, settings, notes)
     spread = _limb_variation(positions, roles)
     if spread > 0.15:
@@ -220,7 +225,7 @@ def _roles(recording: Recording, joint_map: Mapping[str, str] | None) -> dict[st
     if missing:
         raise MotionFileError(
             recording.path,
-            f"no joint found for {', '.join(missing)}; joints of the file: {', '.join(recording.names[:40])}. "
+            f"no joint found for {', '.join(missing)}; joints of the file: {shown_names(recording.names, 40)}. "
             'A joint map (--joint-map FILE with {"part": "joint name"}) can name them',
         )
     return {role: roles[role] for role in ROLES if role in roles and not role.endswith("hand_tip")}

@@ -5,8 +5,6 @@ The recordings are for research and are not part of simprep: the path of the fil
 noisy (limb lengths vary by 13 %), so that nothing here asks for poses, only for who acts, distances and times.
 """
 
-import zipfile
-import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.archive import open_arrays, texts
 from simprep.duel.label_scores import AspectScore, score
 from simprep.duel.labelling import LabelSettings, new_machine
 from simprep.duel.pose_features import pose_features
@@ -69,23 +68,18 @@ def read_sbu(path: str | Path) -> SbuPairs:
         MotionFileError: missing, unreadable, or other joints.
     """
     path = Path(path)
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            names = tuple(str(name) for name in archive["joint_names"])
-            if names != JOINTS:
-                raise MotionFileError(path, f"joints {', '.join(names)}; valid: {', '.join(JOINTS)}")
-            kinds = [str(name) for name in archive["label_names"]]
-            return SbuPairs(
-                np.asarray(archive["positions"], dtype=np.float64),
-                np.asarray(archive["length"], dtype=np.int64),
-                tuple(kinds[number] for number in archive["label"]),
-                np.asarray(archive["fold"], dtype=np.int64),
-                float(archive["fps"]),
-            )
-    except FileNotFoundError:
-        raise MotionFileError(path, "no such file") from None
-    except (OSError, ValueError, KeyError, IndexError, zipfile.BadZipFile, zlib.error) as error:
-        raise MotionFileError(path, f"not readable ({type(error).__name__}: {error})") from None
+    with open_arrays(path, "file of pairs") as archive:
+        names = texts(archive["joint_names"])
+        if names != JOINTS:
+            raise MotionFileError(path, f"joints {', '.join(names)}; valid: {', '.join(JOINTS)}")
+        kinds = texts(archive["label_names"])
+        return SbuPairs(
+            np.asarray(archive["positions"], dtype=np.float64),
+            np.asarray(archive["length"], dtype=np.int64),
+            tuple(kinds[number] for number in archive["label"]),
+            np.asarray(archive["fold"], dtype=np.int64),
+            float(archive["fps"]),
+        )
 
 
 def strikes(pairs: SbuPairs) -> list[Strike]:

@@ -8,6 +8,7 @@ from simprep.duel.stream import PLAYERS, DuelStream
 from simprep.errors import MotionFileError
 from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, Body
 from simprep.motion.motion import Motion
+from simprep.motion.store import read_poses
 
 SCHEMA = "simprep.duel-stream/1"
 _HINTS = {"simprep.motion/": "one person; `simprep duel import A B` joins two"}
@@ -76,7 +77,7 @@ def read_stream(path: str | Path) -> DuelStream:
 def _player(header: dict[str, Any], archive: Any, number: int) -> Motion:
     about = header["players"][number]
     return Motion(
-        qpos=archive[f"qpos_{PLAYERS[number]}"],
+        qpos=read_poses(archive, f"qpos_{PLAYERS[number]}"),
         fps=header["fps"],
         contacts=archive[f"contacts_{PLAYERS[number]}"],
         events={str(key): int(value) for key, value in about["events"].items()},

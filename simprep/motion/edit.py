@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
-from simprep.errors import MotionError
-from simprep.humanoid import SIDES, mirror_map
-from simprep.motion.motion import Motion
+from simprep.errors import MotionError, SettingError
+from simprep.humanoid import N_QPOS, SIDES, mirror_map
+from simprep.motion.formats.skeleton import MAX_VALUES
+from simprep.motion.motion import MAX_FPS, MIN_FPS, Motion
 from simprep.motion.rotations import multiply_quat, wrap_angle
 
 
@@ -75,9 +76,16 @@ def resample(motion: Motion, fps: float) -> Motion:
     Args:
         motion: the motion.
         fps: new frame rate [1/s].
+
+    Raises:
+        SettingError: a rate out of range, or one that makes more frames than a motion may have.
     """
+    if not (np.isfinite(fps) and MIN_FPS <= fps <= MAX_FPS):
+        raise SettingError(f"frame rate {fps} 1/s; valid: {MIN_FPS:g} to {MAX_FPS:g}")
     if fps == motion.fps:
         return motion
+    if motion.duration * fps * N_QPOS > MAX_VALUES:
+        raise SettingError(f"frame rate {fps:g} 1/s: {motion.duration * fps:.0f} frames of {motion.name} are too many")
     if motion.loop:
         frames = max(2, round(motion.duration * fps))
         fps = frames / motion.duration

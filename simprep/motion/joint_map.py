@@ -1,14 +1,16 @@
 """From foreign joint names to the parts of our humanoid: automatic for common skeletons, overridable by the user.
 
 Recognised by name: CMU and Mixamo BVH, Character Creator (`CC_Base_`), 3ds Max Biped, Bandai-Namco, LaFAN1, SMPL,
-Xsens and Poser style BVH, DeepMimic, Acclaim; anything else whose names contain a side and an anatomical word.
+Xsens, Poser and DAZ (Genesis too) BVH, DeepMimic, Acclaim; anything else whose names contain a side and an anatomical
+word. What all names of a skeleton begin or end with (`B_`, of a second person) says nothing.
 The trunk is found by topology: the joints on the way from the hips' common ancestor to the neck.
 """
 
 import json
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +18,7 @@ from numpy.typing import NDArray
 
 from simprep.errors import MotionFileError, UnknownNameError
 from simprep.humanoid import SIDES
+from simprep.motion.formats.text import open_text
 
 LIMB_PARTS = ("thigh", "shank", "foot", "upper_arm", "forearm", "hand")
 OPTIONAL_PARTS = ("toe", "hand_tip")
@@ -28,19 +31,21 @@ ROLES = (
 
 # words of a name without its side, most telling first: the first that some joint carries wins
 _WORDS: dict[str, tuple[str, ...]] = {
-    "thigh": ("upleg", "upperleg", "thigh", "femur", "hip"),
+    "thigh": ("upleg", "upperleg", "thigh", "thighbend", "femur", "hip", "buttock"),
     "shank": ("lowerleg", "lowleg", "calf", "shin", "shank", "tibia", "knee", "leg"),
     "foot": ("ankle", "foot"),
     "toe": ("toebase", "toe", "toes", "ball", "foot"),
-    "upper_arm": ("upperarm", "uparm", "humerus", "arm", "shoulder"),
-    "forearm": ("forearm", "lowerarm", "lowarm", "radius", "elbow"),
+    "upper_arm": ("upperarm", "uparm", "humerus", "shldrbend", "shldr", "arm", "shoulder"),
+    "forearm": ("forearm", "forearmbend", "lowerarm", "lowarm", "radius", "elbow"),
     "hand": ("hand", "wrist"),
     "hand_tip": ("handindex", "index", "handmiddle", "mid", "middle", "fingers", "fingerbase", "finger"),
 }
 _TRUNK_WORDS: dict[str, tuple[str, ...]] = {
-    "neck": ("lowerneck", "neck", "necktwist"),
+    "neck": ("lowerneck", "necklower", "neck", "necktwist"),
     "head": ("head",),
 }
+MAX_MAP = 1_000_000
+LONG_NAME = 60
 _PREFIXES = re.compile(r"^(.*:|mixamorig\d*[:_]?|cc_base_|bip\d+[ _]?|rl_|def[-_]|character\d*_|m_avg_)", re.IGNORECASE)
 
 
@@ -89,16 +94,17 @@ def find_joints(
     needed = [f"{side}_{part}" for side in SIDES for part in LIMB_PARTS] + ["neck"]
     missing = [role for role in needed if role not in roles]
     if missing:
-        shown = ", ".join(names[:30]) + (", ..." if len(names) > 30 else "")
         raise MotionFileError(
             path,
-            f"no joint found for {', '.join(missing)}; joints of the file: {shown}. "
+            f"no joint found for {', '.join(missing)}; joints of the file: {shown_names(names, 30)}. "
             'A joint map (--joint-map FILE with {"part": "joint name"}) can name them',
         )
     taken: dict[int, str] = {}
     for role in needed:
         if roles[role] in taken:
-            raise MotionFileError(path, f"joint {names[roles[role]]!r} stands for {taken[roles[role]]} and for {role}")
+            raise MotionFileError(
+                path, f"joint {names[roles[role]][:LONG_NAME]!r} stands for {taken[roles[role]]} and for {role}"
+            )
         taken[roles[role]] = role
     trunk = _trunk(path, roles, names, parents)
     used = set(roles.values()) | set(trunk)
@@ -138,9 +144,11 @@ def read_joint_map(path: str | Path) -> dict[str, str]:
         MotionFileError: missing, or not an object of strings.
     """
     try:
-        content = json.loads(Path(path).read_text(encoding="utf-8"))
-    except OSError as error:
-        raise MotionFileError(path, f"cannot be read ({error.strerror})") from None
+        with open_text(Path(path), "a JSON object") as stream:
+            text = stream.read(MAX_MAP + 1)
+        if len(text) > MAX_MAP:
+            raise MotionFileError(path, f"longer than {MAX_MAP} characters, which no joint map is")
+        content = json.loads(text)
     except (ValueError, RecursionError) as error:
         raise MotionFileError(path, f"not valid JSON ({error})") from None
     if not isinstance(content, dict) or not all(isinstance(value, str) for value in content.values()):
@@ -150,7 +158,7 @@ def read_joint_map(path: str | Path) -> dict[str, str]:
 
 def _roles_by_name(names: tuple[str, ...]) -> dict[str, int]:
     roles: dict[str, int] = {}
-    parts = [_split(name) for name in names]
+    parts = [_split(name) for name in _without_shared(names)]
     for role in ROLES:
         side, _, part = role.partition("_")
         found = _first(parts, side, _WORDS[part]) if side in SIDES else _first(parts, "", _TRUNK_WORDS[role])
@@ -163,14 +171,38 @@ def _override(path: object, roles: dict[str, int], names: tuple[str, ...], overr
     index = {name: number for number, name in enumerate(names)}
     for role, name in (override or {}).items():
         if role not in ROLES:
-            raise UnknownNameError("part in the joint map", role, ROLES)
+            raise UnknownNameError("part in the joint map", role[:LONG_NAME], ROLES)
         if name == "none":
             roles.pop(role, None)
         elif name in index:
             roles[role] = index[name]
         else:
-            shown = ", ".join(names[:40]) + (", ..." if len(names) > 40 else "")
-            raise MotionFileError(path, f"the joint map names {name!r} for {role!r}; joints of the file: {shown}")
+            raise MotionFileError(
+                path,
+                f"the joint map names {name[:LONG_NAME]!r} for {role!r}; joints of the file: {shown_names(names, 40)}",
+            )
+
+
+def shown_names(names: Sequence[str], most: int) -> str:
+    """Names for a message: the first few, each cut where it is too long to be a name."""
+    return ", ".join(name[:LONG_NAME] for name in names[:most]) + (", ..." if len(names) > most else "")
+
+
+def _without_shared(names: tuple[str, ...]) -> list[str]:
+    """Names without what all of them begin or end with, up to a separator; end sites as they are."""
+    joints = [name for name in names if not name.endswith("_end")]
+    if len(joints) < 2:
+        return list(names)
+    begin = _shared_beginning(joints)
+    end = _shared_beginning([name[::-1] for name in joints])
+    return [name if name.endswith("_end") else name[begin : len(name) - end] for name in names]
+
+
+def _shared_beginning(names: list[str]) -> int:
+    """Length of what all names begin with, its last separator included."""
+    first, last = min(names), max(names)
+    shared = "".join(a for a, _ in takewhile(lambda pair: pair[0] == pair[1], zip(first, last)))
+    return len(re.sub(r"[^_:. -]*$", "", shared))
 
 
 def _split(name: str) -> tuple[str, str]:
@@ -180,7 +212,7 @@ def _split(name: str) -> tuple[str, str]:
     """
     if name.endswith("_end"):
         return "", ""
-    bare = name
+    bare = re.sub(r":[0-9]+$", "", name)  # Poser numbers its figures: lThigh:1
     while (match := _PREFIXES.match(bare)) and match.end() < len(bare):
         bare = bare[match.end() :]
     spaced = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", bare)

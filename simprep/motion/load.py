@@ -9,11 +9,11 @@ from typing import Any
 from simprep.errors import MotionError, MotionFileError, SettingError
 from simprep.humanoid import DEFAULT_BODY, Body, body_of_leg
 from simprep.motion.formats.skeleton import SourceClip
+from simprep.motion.formats.text import MAX_FILE_BYTES
 from simprep.motion.import_check import ImportCheck, check_import
 from simprep.motion.motion import Motion
 
 READABLE = ".npz, .bvh, .amc (with its .asf), .txt or .json (DeepMimic)"
-MAX_FILE_BYTES = 100_000_000
 
 
 @dataclass(frozen=True)

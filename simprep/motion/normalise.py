@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from simprep.errors import MotionFileError, SettingError
 from simprep.humanoid import SIDES
-from simprep.motion.formats.skeleton import SourceClip
+from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip
 from simprep.motion.joint_map import JointMap
 from simprep.motion.motion import MAX_FPS, MIN_FPS
 
@@ -24,6 +24,12 @@ UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "CMU (0.45 inch)": A
 """Metres per unit of lengths found in motion files."""
 LEG_RANGE_M = (0.55, 1.1)
 """Thigh plus shank of people: 0.55 m (a child of 1.2 m) to 1.1 m (2.2 m)."""
+USUAL_LEG_M = (0.65, 1.0)
+"""Thigh plus shank of nearly all: people of 1.35 to 2.0 m. A unit that gives another length is a guess."""
+RARE_LEG_M = (0.35, 1.3)
+"""Thigh plus shank of anybody: a small child to a giant in a game. What a guess is weighed against."""
+RARE_UNITS = {"dm": 0.1}
+"""Metres per unit of lengths that are never guessed, only named where the guess is unsure."""
 FARTHEST_M = 10_000.0
 FASTEST = 50.0
 """Speed of the root no person reaches [m/s]."""
@@ -173,8 +179,28 @@ def _length_unit(clip: SourceClip, joints: JointMap, scale: float | None, warnin
             f"{', '.join(UNITS)}; give the metres per unit with --scale",
         )
     name, unit = min(fits.items(), key=lambda item: abs(leg * item[1] - 0.85))
-    warnings.append(f"length unit not stated: {name} ({unit:.6g} m), as the leg is then {leg * unit:.2f} m long")
+    warnings.append(
+        f"length unit not stated: {name} ({unit:.6g} m), as the leg is then {leg * unit:.2f} m long{_doubt(leg, name)}"
+    )
     return unit
+
+
+def _doubt(leg: float, chosen: str) -> str:
+    """What to add where the leg has an unusual length in the unit that was chosen: what else it could be."""
+    units = {**UNITS, **RARE_UNITS}
+    low, high = USUAL_LEG_M
+    if low <= leg * units[chosen] <= high:
+        return ""
+    others = [
+        f"{name} ({unit:.6g} m, a leg of {leg * unit:.2f} m)"
+        for name, unit in units.items()
+        if name != chosen and RARE_LEG_M[0] <= leg * unit <= RARE_LEG_M[1]
+    ]
+    possible = f"; also possible: {', '.join(others)}" if others else ""
+    return (
+        f"; a guess at the edge of its range ({LEG_RANGE_M[0]:g} to {LEG_RANGE_M[1]:g} m){possible}. "
+        "--scale gives the unit"
+    )
 
 
 def _vertical(
@@ -250,6 +276,8 @@ def _resample(clip: SourceClip, fps: float) -> SourceClip:
     """Another frame rate: linear positions, spherical orientations; exact where the new frames fall on old ones."""
     n = len(clip.positions)
     ratio = clip.fps / fps
+    if n / ratio * clip.rotations[0].size > MAX_VALUES:
+        raise SettingError(f"frame rate {fps:g} 1/s: {n / ratio:.0f} frames of {len(clip.names)} joints are too many")
     stride = round(ratio)
     if stride >= 1 and abs(ratio - stride) < 1e-6 and (clip.step is None or n % stride == 0):
         return replace(clip, positions=clip.positions[::stride], rotations=clip.rotations[::stride], fps=fps)

@@ -1,10 +1,18 @@
 """simprep's own motion file: one .npz with a schema version and the identity of the model its poses belong to."""
 
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from simprep.archive import open_archive, write_archive
-from simprep.errors import MotionFileError
+from simprep.errors import MotionError, MotionFileError
 from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, Body
+from simprep.motion.formats.foreign import npz_kind
+from simprep.motion.formats.numbers import LARGEST
+from simprep.motion.formats.skeleton import MAX_VALUES
 from simprep.motion.motion import Motion
 
 SCHEMA = "simprep.motion/1"
@@ -43,9 +51,10 @@ def read_motion(path: str | Path) -> Motion:
         path: the .npz file.
 
     Raises:
-        MotionFileError: missing, not ours, another schema version or another model.
+        MotionFileError: missing, not ours, another schema version or another model, damaged; a known file of others is
+            named.
     """
-    with open_archive(path, "simprep motion", SCHEMA) as (header, archive):
+    with open_archive(path, "simprep motion", SCHEMA, foreign=npz_kind) as (header, archive):
         model = (header.get("model"), header.get("model_version"))
         if model != (MODEL_NAME, MODEL_VERSION) or tuple(header.get("hinges", ())) != HINGES:
             raise MotionFileError(
@@ -53,12 +62,35 @@ def read_motion(path: str | Path) -> Motion:
                 f"poses of model {model[0]!r} version {model[1]!r}; valid: {MODEL_NAME!r} version {MODEL_VERSION}",
             )
         return Motion(
-            qpos=archive["qpos"],
+            qpos=read_poses(archive, "qpos"),
             fps=header["fps"],
             contacts=archive["contacts"],
             events={str(key): int(value) for key, value in header["events"].items()},
-            name=header["name"],
-            source=header["source"],
+            name=str(header["name"]),
+            source=str(header["source"]),
             loop=bool(header["loop"]),
             body=Body(header["height_m"], header["mass_kg"]),
         )
+
+
+def read_poses(archive: Mapping[str, NDArray[Any]], name: str) -> NDArray[np.float64]:
+    """Poses of a file of ours, before `Motion` looks at them.
+
+    Args:
+        archive: the open file.
+        name: of the entry.
+
+    Returns:
+        (T, 44).
+
+    Raises:
+        KeyError: no such entry.
+        MotionError: no floats, more of them than a clip may have, or beyond all sense.
+    """
+    poses = archive[name]
+    if poses.dtype.kind != "f" or poses.size > MAX_VALUES:
+        raise MotionError(f"{name} holds {poses.size} {poses.dtype}; valid: up to {MAX_VALUES} floats")
+    far = np.isfinite(poses) & (np.abs(poses) > LARGEST)
+    if far.any():
+        raise MotionError(f"{name} holds {poses[far][0]:g}; valid: numbers up to {LARGEST:g}")
+    return poses

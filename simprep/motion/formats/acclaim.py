@@ -16,13 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.errors import MotionFileError
-from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, forward
-from simprep.motion.formats.text import LARGEST, lines_of, number, open_text
+from simprep.motion.formats.numbers import LARGEST, Decimals, decimal_notes
+from simprep.motion.formats.skeleton import SourceClip, check_size, forward
+from simprep.motion.formats.text import Comments, lines_of, open_text
 from simprep.motion.rotations import axis_rotation
 
 DEFAULT_FPS = 120.0
 """AMC files do not state their frame rate; CMU's, the usual source, are 120 frames/s."""
 MAX_BONES = 500
+# what the recording system itself writes on top, no remark of a person's
+_HEAD = re.compile(r"#(!OML|\s*AST/ASF file|\s*-+\s*$)")
 _SECTIONS = ("version", "name", "units", "documentation", "root", "bonedata", "hierarchy", "skin")
 
 
@@ -38,6 +41,8 @@ class _Bone:
 
 @dataclass
 class _Skeleton:
+    decimals: Decimals
+    notes: list[str] = field(default_factory=list)
     bones: dict[str, _Bone] = field(default_factory=dict)
     children: list[tuple[str, list[str], int]] = field(default_factory=list)
     unit_m: float | None = None
@@ -62,11 +67,10 @@ def read_acclaim(path: Path) -> SourceClip:
     skeleton_path = find_skeleton(path)
     skeleton = _read_skeleton(skeleton_path)
     names, parents = _tree(skeleton_path, skeleton)
-    frames, degrees = _read_motion(path, skeleton)
+    frames, degrees, notes = _read_motion(path, skeleton)
     factor = np.pi / 180 if degrees else 1.0
     count = len(next(iter(frames.values())))
-    if count * len(names) * 9 > MAX_VALUES:
-        raise MotionFileError(path, f"{count} frames of {len(names)} bones: more than can be imported")
+    check_size(path, count, len(names), path.stat().st_size + skeleton_path.stat().st_size)
     offsets = np.zeros((len(names), 3))
     local = np.tile(np.eye(3), (count, len(names), 1, 1))
     place = np.zeros((count, 3))
@@ -95,13 +99,15 @@ def read_acclaim(path: Path) -> SourceClip:
     positions += place[:, None]
     identity = np.tile(np.eye(3), (1, len(names), 1, 1))
     rest, _ = forward(parents, offsets, identity)
-    notes = (
+    notes = [
         f"skeleton: {skeleton_path.name}",
         f"AMC files state no frame rate: taken as {DEFAULT_FPS:g} frames/s, CMU's",
-    )
+        *(f"{skeleton_path.name}: {note}" for note in skeleton.notes),
+        *notes,
+    ]
     return SourceClip(
         path=path, format="Acclaim", names=names, parents=parents, positions=positions, rotations=rotations,
-        rest_positions=rest[0], rest_rotations=identity[0], fps=DEFAULT_FPS, unit_m=skeleton.unit_m, notes=notes,
+        rest_positions=rest[0], rest_rotations=identity[0], fps=DEFAULT_FPS, unit_m=skeleton.unit_m, notes=tuple(notes),
     )  # fmt: skip
 
 
@@ -127,19 +133,20 @@ def find_skeleton(path: Path) -> Path:
     )
 
 
-def _lines(path: Path, what: str) -> Iterator[tuple[int, list[str]]]:
+def _lines(path: Path, what: str, comments: Comments) -> Iterator[tuple[int, list[str]]]:
     with open_text(path, what) as stream:
         for line, text in lines_of(path, stream):
-            tokens = text.split("#")[0].split()
+            tokens = [] if _HEAD.match(text) else comments.strip(text).split()
             if tokens:
                 yield line, tokens
 
 
 def _read_skeleton(path: Path) -> _Skeleton:
-    skeleton = _Skeleton()
+    skeleton = _Skeleton(Decimals(path))
+    comments = Comments()
     section = ""
     bone: _Bone | None = None
-    for line, tokens in _lines(path, "an Acclaim skeleton (.asf)"):
+    for line, tokens in _lines(path, "an Acclaim skeleton (.asf)", comments):
         key = tokens[0].lower()
         if key.startswith(":"):
             if bone is not None:
@@ -166,12 +173,13 @@ def _read_skeleton(path: Path) -> _Skeleton:
         raise MotionFileError(path, f"bone {bone.name!r} has no 'end' (truncated?)", bone.line)
     if not skeleton.order:
         raise MotionFileError(path, "the root has no 'order'")
+    skeleton.notes += [*decimal_notes(skeleton.decimals.check()), *comments.notes()]
     return skeleton
 
 
 def _unit(path: Path, skeleton: _Skeleton, tokens: list[str], line: int) -> None:
     if tokens[0].lower() == "length" and len(tokens) > 1:
-        length = number(path, tokens[1], "the length unit", line)
+        length = skeleton.decimals.number(tokens[1], "the length unit", line)
         if length <= 0:
             raise MotionFileError(path, f"length unit {length:g}; valid: above 0", line)
         # the value divided by this number is inches
@@ -186,7 +194,7 @@ def _euler(path: Path, skeleton: _Skeleton, values: list[str], order: str, what:
     """Rotation of Euler angles about fixed axes, the first of `order` first."""
     if sorted(order.lower()) != ["x", "y", "z"]:
         raise MotionFileError(path, f"axis order {order[:20]!r} of {what}; valid: an order of XYZ", line)
-    angles = [number(path, value, f"the axis of {what}", line) for value in values]
+    angles = [skeleton.decimals.number(value, f"the axis of {what}", line) for value in values]
     out = np.eye(3)
     for axis, angle in zip(order.lower(), angles):
         out = axis_rotation(axis, np.array(np.radians(angle) if skeleton.degrees else angle)) @ out
@@ -203,7 +211,7 @@ def _root(path: Path, skeleton: _Skeleton, tokens: list[str], line: int) -> None
             )
         skeleton.order = order
     elif key == "orientation" and len(tokens) == 4:
-        angles = [number(path, value, "the root's orientation", line) for value in tokens[1:]]
+        angles = [skeleton.decimals.number(value, "the root's orientation", line) for value in tokens[1:]]
         if any(angles):
             skeleton.root_axis = _euler(path, skeleton, tokens[1:], "xyz", "the root", line)
 
@@ -228,13 +236,15 @@ def _bone_line(path: Path, skeleton: _Skeleton, bone: _Bone | None, tokens: list
     if key == "name" and len(tokens) == 2:
         bone.name = tokens[1]
     elif key == "direction" and len(tokens) == 4:
-        bone.direction = np.array([number(path, t, f"the direction of {bone.name!r}", line) for t in tokens[1:]])
+        bone.direction = np.array(
+            [skeleton.decimals.number(t, f"the direction of {bone.name!r}", line) for t in tokens[1:]]
+        )
         norm = float(np.linalg.norm(bone.direction))
         if not 1e-6 < norm < 1e6:
             raise MotionFileError(path, f"the direction of {bone.name!r} has length {norm:g}; valid: 1", line)
         bone.direction /= norm
     elif key == "length" and len(tokens) == 2:
-        bone.length = number(path, tokens[1], f"the length of {bone.name!r}", line)
+        bone.length = skeleton.decimals.number(tokens[1], f"the length of {bone.name!r}", line)
         if not 0 <= bone.length < 1e6:
             raise MotionFileError(path, f"the length of {bone.name!r} is {bone.length:g}; valid: 0 to 1e6", line)
     elif key == "axis" and len(tokens) == 5:
@@ -281,19 +291,20 @@ def _tree(path: Path, skeleton: _Skeleton) -> tuple[tuple[str, ...], NDArray[np.
     return tuple(names_out), np.array(parents, dtype=np.intp)
 
 
-def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, NDArray[np.float64]], bool]:
-    """Values of every bone (T, dofs), and whether they are degrees."""
+def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, NDArray[np.float64]], bool, list[str]]:
+    """Values of every bone (T, dofs), whether they are degrees, and what was decided."""
+    decimals, comments = Decimals(path), Comments()
     widths = {name: len(bone.dofs) for name, bone in skeleton.bones.items()}
     widths["root"] = len(skeleton.order)
     degrees = skeleton.degrees
     values: dict[str, array[float]] = {}
     frames, here = 0, set[str]()
-    for line, tokens in _lines(path, "an Acclaim motion (.amc)"):
+    for line, tokens in _lines(path, "an Acclaim motion (.amc)", comments):
         key = tokens[0]
         if key.startswith(":"):
             if key.upper() in (":DEGREES", ":RADIANS"):
                 degrees = key.upper() == ":DEGREES"
-        elif len(tokens) == 1 and key.lstrip("-").isdigit():
+        elif len(tokens) == 1 and re.fullmatch("-?[0-9]+", key):
             if frames and len(here) < max(1, len(values)):
                 raise _incomplete(path, frames, here, values, line)
             if len(key) > 9 or int(key) < 0:
@@ -314,10 +325,11 @@ def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, NDArray[np.
             here.add(key)
             try:
                 row = [float(token) for token in tokens[1:]]
+                decimals.look_for_point(tokens[1:])
             except ValueError:
-                row = [number(path, token, f"a value of {key!r}", line) for token in tokens[1:]]
+                row = [decimals.number(token, f"a value of {key!r}", line) for token in tokens[1:]]
             if not all(-LARGEST <= value <= LARGEST for value in row):  # also NaN
-                row = [number(path, token, f"a value of {key!r}", line) for token in tokens[1:]]
+                row = [decimals.number(token, f"a value of {key!r}", line) for token in tokens[1:]]
             values.setdefault(key, array("d")).extend(row)
     if not frames or not values:
         raise MotionFileError(path, "no frames")
@@ -325,7 +337,8 @@ def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, NDArray[np.
         raise _incomplete(path, frames, here, values, None)
     if "root" not in values:
         raise MotionFileError(path, "no values of the root")
-    return {name: np.array(row).reshape(frames, widths[name]) for name, row in values.items()}, degrees
+    notes = [*decimal_notes(decimals.check()), *comments.notes()]
+    return {name: np.array(row).reshape(frames, widths[name]) for name, row in values.items()}, degrees, notes
 
 
 def _incomplete(path: Path, frame: int, here: set[str], names: Iterable[str], line: int | None) -> MotionFileError:

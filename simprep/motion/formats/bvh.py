@@ -1,16 +1,19 @@
 """Biovision BVH files: a joint hierarchy with channels, then one line of numbers per frame."""
 
 import math
+import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simprep.errors import MotionFileError
-from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, forward, tidy_fps
-from simprep.motion.formats.text import lines_of, number, numbers, open_text
+from simprep.motion.formats.numbers import Decimals, decimal_notes, number, numbers
+from simprep.motion.formats.skeleton import SourceClip, check_size, forward, tidy_fps
+from simprep.motion.formats.text import Comments, lines_of, open_text
 from simprep.motion.rotations import axis_rotation
 
 MAX_JOINTS = 2000
@@ -27,10 +30,11 @@ class _Joint:
 
 
 def read_bvh(path: Path) -> SourceClip:
-    """Read a BVH file.
+    """Read a BVH file of one person.
 
     Position channels on inner joints (some exporters write all six on every joint) replace the OFFSET where they
-    contain it, and are added to it where they do not; which, is noted.
+    contain it, and are added to it where they do not; which, is noted. Comments, decimal commas and a number of frames
+    that is off by one are read and noted.
 
     Args:
         path: the file.
@@ -39,44 +43,90 @@ def read_bvh(path: Path) -> SourceClip:
         The clip in file units and file axes.
 
     Raises:
-        MotionFileError: anything malformed, with the line.
+        MotionFileError: anything malformed, with the line; a second ROOT.
     """
+    return _read(path, most=1)[0]
+
+
+def read_bvh_people(path: Path) -> tuple[SourceClip, ...]:
+    """Read a BVH file with one ROOT for each person, all in one frame of reference.
+
+    Args:
+        path: the file.
+
+    Returns:
+        A clip for every ROOT, in the order of the file. Names may come back in every person.
+
+    Raises:
+        MotionFileError: as for `read_bvh`.
+    """
+    return _read(path, most=MAX_JOINTS)
+
+
+def _read(path: Path, most: int) -> tuple[SourceClip, ...]:
+    comments = Comments()
     with open_text(path, "a BVH file") as stream:
         lines = lines_of(path, stream)
-        joints = _hierarchy(path, lines)
-        count, frame_time, line = _motion_header(path, lines)
+        offsets = Decimals(path)
+        joints = _hierarchy(path, lines, most, offsets, comments)
+        head = Decimals(path)
+        count, frame_time, line = _motion_header(path, lines, head, comments)
+        commas = offsets.check() + head.check()
         columns = sum(len(joint.channels) for joint in joints)
         if columns == 0:
             raise MotionFileError(path, "no joint has channels")
-        if count * max(columns, 9 * len(joints)) > MAX_VALUES:
-            raise MotionFileError(path, f"{count} frames of {len(joints)} joints declared: more than can be imported")
-        values = numbers(path, stream.read(), line + 1, columns, count)
-    return _clip(path, joints, values, tidy_fps(1 / frame_time))
+        check_size(path, count, len(joints))
+        values, notes = numbers(path, stream.read(), line + 1, columns, count, comments)
+    notes += [*decimal_notes(commas), *comments.notes()]
+    # the number of frames is now known to be backed by numbers, the number of joints by the hierarchy
+    check_size(path, len(values), len(joints), path.stat().st_size)
+    first = [index for index, joint in enumerate(joints) if joint.parent < 0]
+    clips, column = [], 0
+    for start, end in pairwise([*first, len(joints)]):
+        person = joints[start:end]
+        width = sum(len(joint.channels) for joint in person)
+        own = [replace(joint, parent=max(joint.parent - start, -1)) for joint in person]
+        clips.append(_clip(path, own, values[:, column : column + width], tidy_fps(1 / frame_time), notes))
+        column += width
+    return tuple(clips)
 
 
-def _hierarchy(path: Path, lines: Iterator[tuple[int, str]]) -> list[_Joint]:
-    """Joints in file order, with MOTION read; a loop, so that depth costs nothing."""
+def _hierarchy(
+    path: Path, lines: Iterator[tuple[int, str]], most: int, decimals: Decimals, comments: Comments
+) -> list[_Joint]:
+    """Joints in file order, of `most` people at most, with MOTION read; a loop, so that depth costs nothing."""
     joints: list[_Joint] = []
     stack: list[int] = []
     seen: set[str] = set()
+    people = 0
     pending: _Joint | None = None
     started = False
     line = 0
     for line, text in lines:
+        named = text.lstrip()[:5].upper().startswith(("ROOT", "JOINT"))
+        text = comments.strip_whole(text) if named else comments.strip(text)
         tokens = text.replace("{", " { ").replace("}", " } ").split()
         while tokens:
             word = tokens.pop(0)
             key = word.upper()
             if not started:
-                if key.lstrip("\ufeff") != "HIERARCHY":
+                if key != "HIERARCHY":
                     raise MotionFileError(path, f"begins with {word[:40]!r}; valid: HIERARCHY", line)
                 started = True
             elif key in ("ROOT", "JOINT", "END"):
                 if pending is not None:
                     raise MotionFileError(path, f"{word} before the '{{' of {pending.name!r}", line)
-                if key == "ROOT" and joints:
-                    raise MotionFileError(path, "a second ROOT; valid: one skeleton in a file", line)
-                if key != "ROOT" and not stack:
+                if key == "ROOT":
+                    if stack:
+                        raise MotionFileError(path, f"ROOT before the '}}' of {joints[stack[-1]].name!r}", line)
+                    people, seen = people + 1, set()
+                    if people > most:
+                        raise MotionFileError(
+                            path,
+                            "a second ROOT; valid: one skeleton in a file (`simprep duel import` takes two people in one)",
+                            line,
+                        )
+                elif not stack:
                     raise MotionFileError(path, f"{word} outside of the ROOT", line)
                 name = " ".join(tokens[: tokens.index("{")] if "{" in tokens else tokens)
                 tokens = tokens[tokens.index("{") :] if "{" in tokens else []
@@ -104,7 +154,7 @@ def _hierarchy(path: Path, lines: Iterator[tuple[int, str]]) -> list[_Joint]:
                 if not stack or len(tokens) < 3:
                     raise MotionFileError(path, "OFFSET needs a joint and 3 numbers", line)
                 joint = joints[stack[-1]]
-                joint.offset = [number(path, token, f"the offset of {joint.name!r}", line) for token in tokens[:3]]
+                joint.offset = [decimals.number(token, f"the offset of {joint.name!r}", line) for token in tokens[:3]]
                 tokens = tokens[3:]
             elif key == "CHANNELS":
                 if not stack or not tokens:
@@ -148,25 +198,27 @@ def _channels(path: Path, joint: _Joint, tokens: list[str], line: int) -> list[s
     return tokens[1 + int(count) :]
 
 
-def _motion_header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[int, float, int]:
+def _motion_header(
+    path: Path, lines: Iterator[tuple[int, str]], decimals: Decimals, comments: Comments
+) -> tuple[int, float, int]:
     """Number of frames, frame time [s], and the line that stated it."""
     count: int | None = None
     line = 0
     for line, whole in lines:
-        text = whole.strip()
+        text = comments.strip(whole).strip()
         if not text:
             continue
         key, _, value = text.partition(":")
         key = " ".join(key.lower().split())
         if key == "frames":
-            if value.strip().isdigit() and int(value) > MAX_VALUES:
-                raise MotionFileError(path, f"{value.strip()} frames declared: more than can be imported", line)
+            if re.fullmatch("0*[0-9]{9,}", value.strip()):
+                raise MotionFileError(path, f"{value.strip()[:40]} frames declared: more than can be imported", line)
             declared = number(path, value.strip() or "nothing", "the number of frames", line)
             if declared != int(declared) or declared < 1:
                 raise MotionFileError(path, f"{value.strip()} frames; valid: a whole number, 1 or more", line)
             count = int(declared)
         elif key == "frame time":
-            frame_time = number(path, value.strip() or "nothing", "the frame time", line)
+            frame_time = decimals.number(value.strip() or "nothing", "the frame time", line)
             if not 1e-3 <= frame_time <= 1:
                 raise MotionFileError(
                     path, f"frame time {frame_time:g} s; valid: 0.001 to 1 (1000 to 1 frames/s)", line
@@ -179,7 +231,7 @@ def _motion_header(path: Path, lines: Iterator[tuple[int, str]]) -> tuple[int, f
     raise MotionFileError(path, "no 'Frames:' and 'Frame Time:' after MOTION (truncated?)", line or None)
 
 
-def _clip(path: Path, joints: list[_Joint], values: NDArray[np.float64], fps: float) -> SourceClip:
+def _clip(path: Path, joints: list[_Joint], values: NDArray[np.float64], fps: float, noted: list[str]) -> SourceClip:
     parents = np.array([joint.parent for joint in joints], dtype=np.intp)
     offsets = np.array([joint.offset for joint in joints], dtype=np.float64)
     n = len(values)
@@ -187,7 +239,7 @@ def _clip(path: Path, joints: list[_Joint], values: NDArray[np.float64], fps: fl
     place = np.tile(offsets, (n, 1, 1))
     column = 0
     moving: list[str] = []
-    notes: list[str] = []
+    notes = list(noted)
     for index, joint in enumerate(joints):
         moved = np.zeros((n, 3))
         has_position = False

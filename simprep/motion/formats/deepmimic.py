@@ -14,7 +14,9 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
 from simprep.errors import MotionFileError
+from simprep.motion.formats.numbers import LARGEST
 from simprep.motion.formats.skeleton import SourceClip, forward, tidy_fps
+from simprep.motion.formats.text import open_text
 from simprep.motion.rotations import axis_rotation
 
 _JOINTS = (
@@ -37,6 +39,10 @@ _JOINTS = (
 )
 FRAME_LENGTH = 4 + sum(values for *_, values in _JOINTS)
 MAX_JSON_BYTES = 20_000_000
+DURATION_SPREAD = 50.0
+"""A frame that lasts so many times the median duration, or so many times less, is damage."""
+LONGER = 10
+"""Frames after resampling to a constant rate, at most so many times those of the file."""
 SEAM_S = 0.3
 """Time over which each end of a cyclic clip is eased so that the last frame leads into the first [s]."""
 
@@ -60,6 +66,7 @@ def read_deepmimic(path: Path) -> SourceClip:
     if not 1e-3 <= dt <= 1:
         raise MotionFileError(path, f"frame duration {dt:g} s; valid: 0.001 to 1")
     if np.abs(step_s - dt).max() > 0.05 * dt:
+        _check_durations(path, step_s, dt)
         frames = _uniform(frames, dt)
         notes.append(f"frame durations vary ({step_s.min():g} to {step_s.max():g} s): resampled to {dt:g} s")
     step = None
@@ -97,12 +104,12 @@ def read_deepmimic(path: Path) -> SourceClip:
 
 
 def _parse(path: Path) -> tuple[NDArray[np.float64], bool, list[str]]:
-    if path.stat().st_size > MAX_JSON_BYTES:
-        raise MotionFileError(path, f"larger than {MAX_JSON_BYTES // 10**6} MB, which no clip of this format is")
+    with open_text(path, "DeepMimic JSON") as stream:
+        if path.stat().st_size > MAX_JSON_BYTES:
+            raise MotionFileError(path, f"larger than {MAX_JSON_BYTES // 10**6} MB, which no clip of this format is")
+        text = stream.read()
     try:
-        content: Any = json.loads(path.read_text(encoding="utf-8"))
-    except UnicodeDecodeError:
-        raise MotionFileError(path, "not a text file; valid: DeepMimic JSON") from None
+        content: Any = json.loads(text)
     except RecursionError:
         raise MotionFileError(path, "nested too deeply for a DeepMimic clip") from None
     except json.JSONDecodeError as error:
@@ -128,6 +135,10 @@ def _parse(path: Path) -> tuple[NDArray[np.float64], bool, list[str]]:
     bad = np.flatnonzero(~np.isfinite(frames).all(axis=1))
     if len(bad):
         raise MotionFileError(path, f"frame {bad[0]} holds NaN or infinity")
+    bad = np.flatnonzero((np.abs(frames) > LARGEST).any(axis=1))
+    if len(bad):
+        worst = frames[bad[0]][np.argmax(np.abs(frames[bad[0]]))]
+        raise MotionFileError(path, f"frame {bad[0]} holds {worst:g}; valid: numbers up to {LARGEST:g}")
     for name, column, width in _columns():
         if width == 4:
             norm = np.linalg.norm(frames[:, column : column + 4], axis=1)
@@ -146,6 +157,24 @@ def _parse(path: Path) -> tuple[NDArray[np.float64], bool, list[str]]:
     if loop not in ("wrap", "none", True, False):
         raise MotionFileError(path, f"'Loop' is {loop!r}; valid: 'wrap', 'none'")
     return frames, loop in ("wrap", True), notes
+
+
+def _check_durations(path: Path, step_s: NDArray[np.float64], dt: float) -> None:
+    """Refuse durations that would turn into many more frames than the file has."""
+    spread = np.maximum(step_s / dt, dt / step_s)
+    if spread.max() > DURATION_SPREAD:
+        worst = int(np.argmax(spread))
+        raise MotionFileError(
+            path,
+            f"frame {worst} has duration {step_s[worst]:g} s where the median is {dt:g} s; valid: up to "
+            f"{DURATION_SPREAD:g} times longer or shorter",
+        )
+    if step_s.sum() > LONGER * len(step_s) * dt:
+        raise MotionFileError(
+            path,
+            f"{len(step_s) + 1} frames last {step_s.sum():g} s, and half of them up to {dt:g} s: more than {LONGER} "
+            "times as many at a constant rate",
+        )
 
 
 def _columns() -> list[tuple[str, int, int]]:

@@ -6,8 +6,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.errors import MotionFileError
+
 MAX_VALUES = 40_000_000
-"""Frames times joints times 9 that a reader accepts: about 300 MB of working memory."""
+"""Frames times joints times 9 that a reader accepts: about 300 MB for every array of orientations."""
+SMALL_VALUES = 1_000_000
+"""As many are accepted of the smallest file: 8 MB."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +48,30 @@ class SourceClip:
     up: str | None = None
     step: NDArray[np.float64] | None = None
     notes: tuple[str, ...] = ()
+
+
+def check_size(path: Path, frames: int, joints: int, file_bytes: int | None = None) -> None:
+    """Refuse a clip that would take more memory than can be had, or more than a file of this size is worth.
+
+    A frame of a file has a number for most joints, each of 2 bytes at least; more joints than bytes means that hardly
+    any joint has one.
+
+    Args:
+        path: the file.
+        frames: T.
+        joints: J.
+        file_bytes: size of the file; None where T is not known from its content yet.
+
+    Raises:
+        MotionFileError: too many frames of too many joints.
+    """
+    values = 9 * frames * joints
+    if values > MAX_VALUES:
+        raise MotionFileError(path, f"{frames} frames of {joints} joints: more than can be imported")
+    if file_bytes is not None and values > max(SMALL_VALUES, 9 * file_bytes):
+        raise MotionFileError(
+            path, f"{frames} frames of {joints} joints in a file of {file_bytes} bytes: hardly a joint has values"
+        )
 
 
 def tidy_fps(fps: float) -> float:

@@ -1,41 +1,61 @@
-"""Reading text line by line and blocks of numbers fast, with the line of the first wrong one."""
+"""Text files line by line: their encoding, their comments, the length of their lines."""
 
 import re
-import warnings
 from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TextIO
 
-import numpy as np
-from numpy.typing import NDArray
-
 from simprep.errors import MotionFileError
 
+MAX_FILE_BYTES = 100_000_000
 MAX_LINE = 100_000
-LARGEST = 1e8
-"""Numbers beyond this in a motion file are damage, whatever the unit."""
+_HEAD_BYTES = 4096
+_MARKS = (
+    # the mark of UTF-32 begins with that of UTF-16
+    (b"\xff\xfe\0\0", "utf-32"), (b"\0\0\xfe\xff", "utf-32"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"),
+    (b"\xef\xbb\xbf", "utf-8-sig"),
+)  # fmt: skip
+_COMMENT = re.compile(r"(?:^|(?<=\s))(?:#|//|;).*")
 
 
 def open_text(path: Path, what: str) -> TextIO:
-    """Open a text file for reading.
+    """Open a text file for reading: UTF-8, or UTF-16 or UTF-32 with a byte order mark, or what is plainly UTF-16.
 
     Args:
         path: the file.
         what: the kind of file expected, for messages.
 
     Raises:
-        MotionFileError: unreadable, empty or binary.
+        MotionFileError: unreadable, empty, larger than `MAX_FILE_BYTES`, or binary.
     """
     try:
         with path.open("rb") as stream:
-            head = stream.read(4096)
+            head = stream.read(_HEAD_BYTES)
         if not head.strip():
             raise MotionFileError(path, f"empty; valid: {what}")
-        if b"\0" in head:
+        if path.stat().st_size > MAX_FILE_BYTES:
+            raise MotionFileError(path, f"larger than {MAX_FILE_BYTES // 10**6} MB")
+        encoding = _encoding(head)
+        if encoding is None:
             raise MotionFileError(path, f"a binary file; valid: {what}")
-        return path.open(encoding="utf-8", errors="replace")
+        return path.open(encoding=encoding, errors="replace")
     except OSError as error:
         raise MotionFileError(path, f"cannot be read ({error.strerror})") from None
+
+
+def _encoding(head: bytes) -> str | None:
+    """Encoding of a text that begins so; None for what is no text."""
+    for mark, encoding in _MARKS:
+        if head.startswith(mark):
+            return encoding
+    if b"\0" not in head:
+        return "utf-8"
+    # numbers and Latin letters in UTF-16: one byte of each pair is zero, the other never
+    for encoding, zeros, letters in (("utf-16-le", head[1::2], head[0::2]), ("utf-16-be", head[0::2], head[1::2])):
+        if zeros.count(0) >= 0.9 * len(zeros) and letters.count(0) == 0:
+            return encoding
+    return None
 
 
 def lines_of(path: Path, stream: TextIO, first: int = 1) -> Iterator[tuple[int, str]]:
@@ -52,87 +72,28 @@ def lines_of(path: Path, stream: TextIO, first: int = 1) -> Iterator[tuple[int, 
         line += 1
 
 
-def number(path: Path, token: str, what: str, line: int | None) -> float:
-    """One finite number.
+@dataclass
+class Comments:
+    """Takes comments out of the lines of a file and counts them: from `#`, `//` or `;` to the end of the line.
 
-    Raises:
-        MotionFileError: not a number, NaN, infinite or beyond `LARGEST`.
+    Attributes:
+        count: comments taken out so far.
     """
-    try:
-        value = float(token)
-    except ValueError:
-        raise MotionFileError(path, f"{what} is {token[:40]!r}; valid: a number", line) from None
-    if not np.isfinite(value) or abs(value) > LARGEST:
-        raise MotionFileError(path, f"{what} is {token[:40]!r}; valid: a finite number up to {LARGEST:g}", line)
-    return value
 
+    count: int = 0
 
-def numbers(path: Path, block: str, first_line: int, columns: int, rows: int) -> NDArray[np.float64]:
-    """A block of rows of numbers.
+    def strip(self, text: str) -> str:
+        """One line without its comment, which begins the line or follows a space."""
+        if "#" not in text and "/" not in text and ";" not in text:
+            return text
+        bare, found = _COMMENT.subn("", text)
+        self.count += found
+        return bare
 
-    Args:
-        path: the file, for messages.
-        block: the text, one row in a line.
-        first_line: line number of the first.
-        columns: numbers in every row.
-        rows: how many rows there should be.
+    def strip_whole(self, text: str) -> str:
+        """One line, empty if all of it is a comment; for lines in which a name may hold the sign."""
+        return self.strip(text) if text.lstrip().startswith(("#", "//", ";")) else text
 
-    Returns:
-        (rows, columns).
-
-    Raises:
-        MotionFileError: another number of rows; or naming the first line with the wrong count, or with a value that is
-            no number (or NaN, infinite, beyond `LARGEST`).
-    """
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        try:
-            values = np.fromstring(block, dtype=np.float64, sep=" ")
-        except (DeprecationWarning, ValueError):  # something that is no number
-            values = np.empty(0)
-    if values.size == rows * columns:
-        good = np.abs(values) <= LARGEST
-        if good.all():
-            return values.reshape(rows, columns)
-        bad = int(np.argmin(good))
-        line = _line_of_row(block, first_line, bad // columns)
-        raise MotionFileError(
-            path, f"a channel value is {values[bad]:g}; valid: a finite number up to {LARGEST:g}", line
-        )
-    strange = re.search(r"[^0-9eE+\-.\s]", block)  # fast where the file is large
-    if strange:
-        start, end = block.rfind("\n", 0, strange.start()) + 1, block.find("\n", strange.end())
-        for token in block[start : end if end >= 0 else None].split():
-            number(path, token, "a channel value", first_line + block.count("\n", 0, strange.start()))
-    present = 0
-    for index, text in enumerate(_each_line(block)):
-        tokens = text.split()
-        if not tokens:
-            continue
-        if not values.size or len(tokens) != columns:
-            for token in tokens:
-                number(path, token, "a channel value", first_line + index)
-        if len(tokens) != columns:
-            raise MotionFileError(path, f"{len(tokens)} values in a frame; valid: {columns}", first_line + index)
-        present += 1
-    raise MotionFileError(path, f"{rows} frames declared, {present} present")
-
-
-def _each_line(block: str) -> Iterator[str]:
-    """Lines of a block one by one, without a second copy of it."""
-    start = 0
-    while start < len(block):
-        end = block.find("\n", start)
-        end = len(block) if end < 0 else end
-        yield block[start:end]
-        start = end + 1
-
-
-def _line_of_row(block: str, first_line: int, row: int) -> int:
-    """Line number of a row, blank lines not being rows."""
-    rows = -1
-    for index, text in enumerate(_each_line(block)):
-        rows += bool(text.strip())
-        if rows == row:
-            return first_line + index
-    return first_line
+    def notes(self) -> list[str]:
+        """What to report: nothing where there were none."""
+        return [f"comments skipped: {self.count}"] if self.count else []

@@ -1,0 +1,35 @@
+"""Motion files that are recognised and not read: what they are, for the message."""
+
+from collections.abc import Collection
+
+NOT_YET = "it cannot be converted yet; valid: .npz of simprep, .bvh, .amc with its .asf, DeepMimic .txt or .json"
+_POSES = {"poses", "pose_body", "body_pose", "root_orient", "global_orient", "smpl_poses"}
+_TRANSLATIONS = {"trans", "transl", "smpl_trans"}
+
+
+def npz_kind(entries: Collection[str]) -> str | None:
+    """What an .npz is whose entries have these names; None for a kind that is not known.
+
+    Args:
+        entries: names of its arrays.
+    """
+    names = set(entries)
+    if names & _POSES and names & (_TRANSLATIONS | {"betas"}):
+        return f"an AMASS/SMPL motion ({_shown(names & (_POSES | _TRANSLATIONS | {'betas'}))}): {NOT_YET}"
+    if "betas" in names:
+        return "an AMASS/SMPL body shape without a motion; valid: a motion file"
+    if {"joint_pos", "body_pos_w"} <= names:
+        return f"a robot's motion of BeyondMimic, mjlab or holosoma (joint_pos, body_pos_w): {NOT_YET}"
+    if {"root_pos", "root_rot", "dof_pos"} <= names:
+        return f"a robot's motion of GMR (root_pos, root_rot, dof_pos): {NOT_YET}"
+    if {"root_trans_offset", "dof"} <= names:
+        return f"a robot's motion of ASAP or PBHC (root_trans_offset, dof): {NOT_YET}"
+    if {"positions", "joint_names", "fps"} <= names:
+        return "joint positions (positions, joint_names, fps), which `simprep duel import` reads, of two people"
+    if "qpos" in names:
+        return f"a robot's motion of holosoma or OmniRetarget (qpos without simprep's header): {NOT_YET}"
+    return None
+
+
+def _shown(names: Collection[str]) -> str:
+    return ", ".join(sorted(names))
