@@ -33,9 +33,9 @@ from simprep.behavior.runtime import RuntimeSettings
 from simprep.behavior.runtime_approach import approach
 from simprep.behavior.runtime_leg import Task
 from simprep.behavior.runtime_world import library_world
-from simprep.duel.default_model import default_fight_model
-from simprep.duel.example_motions import ExampleMotions
-from simprep.duel.modes import begin_fight
+from simprep.duel.fight.default_model import default_fight_model
+from simprep.duel.fight.modes import begin_fight
+from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.humanoid import standing_qpos
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from simprep.duel.analysis import AnalysisSettings, analyse
-from simprep.duel.evaluation import EvaluationSettings
-from simprep.duel.example.bout import make_example
-from simprep.duel.example.presets import PRESETS, preset
-from simprep.duel.example.summary import summarise_example
-from simprep.duel.labels import ASPECTS, LEARNED_ASPECTS
-from simprep.duel.semi_tied import PRIOR_COUNT
+from simprep.duel.labels.labels import ASPECTS, LEARNED_ASPECTS
+from simprep.duel.model.evaluation import EvaluationSettings
+from simprep.duel.model.semi_tied import PRIOR_COUNT
+from simprep.duel.synthetic.bout import make_example
+from simprep.duel.synthetic.presets import PRESETS, preset
+from simprep.duel.synthetic.summary import summarise_example
 from simprep.files import atomic_path
 from simprep.report.duel_tables import markdown_table
 from simprep.report.record import provenance, write_json

@@ -18,11 +18,11 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
-from simprep.duel.default_model import fight_model
-from simprep.duel.example_motions import ExampleMotions
-from simprep.duel.fight import Fight
-from simprep.duel.modes import begin_fight
-from simprep.duel.posture import optimise_fight_posture
+from simprep.duel.fight.default_model import fight_model
+from simprep.duel.fight.fight import Fight
+from simprep.duel.fight.modes import begin_fight
+from simprep.duel.fight.posture import optimise_fight_posture
+from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
 from simprep.metrics.evaluate import evaluate_run

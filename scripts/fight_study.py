@@ -16,27 +16,27 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.action_features import turned
-from simprep.duel.alertness import Alertness, run
 from simprep.duel.analysis import analyse, match_actions
-from simprep.duel.avatar import Avatar, Steering, displacements
-from simprep.duel.baselines import IndependentChooser, RandomChooser
-from simprep.duel.choice import Chooser, ModelChooser
-from simprep.duel.default_model import model_analysis
-from simprep.duel.drawing import DrawingChooser
-from simprep.duel.example.bout import make_example
-from simprep.duel.example.kinds import KIND_OF, attacks, context_of
-from simprep.duel.example.presets import preset
-from simprep.duel.example.truth import Truth
-from simprep.duel.example_motions import ExampleMotions
-from simprep.duel.fight import Fight
-from simprep.duel.fight_model import FightModel
-from simprep.duel.held_out import held_out_actions, learn_before, split_frame
-from simprep.duel.labels import ASPECTS, ATTACKING_QUALIFIERS, QUALIFIERS, Label, decode
-from simprep.duel.passive import ReactingChooser, RecordedChooser
-from simprep.duel.stream import DuelStream, facing_error
-from simprep.duel.structures import REQUESTS
-from simprep.duel.synthesis import Bout
+from simprep.duel.fight.alertness import Alertness, run
+from simprep.duel.fight.avatar import Avatar, Steering, displacements
+from simprep.duel.fight.baselines import IndependentChooser, RandomChooser
+from simprep.duel.fight.choice import Chooser, ModelChooser
+from simprep.duel.fight.default_model import model_analysis
+from simprep.duel.fight.drawing import DrawingChooser
+from simprep.duel.fight.fight import Fight
+from simprep.duel.fight.passive import ReactingChooser, RecordedChooser
+from simprep.duel.fight.recorded_actions import ExampleMotions
+from simprep.duel.fight.synthesis import Bout
+from simprep.duel.labels.labels import ASPECTS, ATTACKING_QUALIFIERS, QUALIFIERS, Label, decode
+from simprep.duel.model.action_features import turned
+from simprep.duel.model.fight_model import FightModel
+from simprep.duel.model.held_out import held_out_actions, learn_before, split_frame
+from simprep.duel.model.structures import REQUESTS
+from simprep.duel.stream.stream import DuelStream, facing_error
+from simprep.duel.synthetic.bout import make_example
+from simprep.duel.synthetic.kinds import KIND_OF, attacks, context_of
+from simprep.duel.synthetic.presets import preset
+from simprep.duel.synthetic.truth import Truth
 from simprep.files import atomic_path
 from simprep.metrics.interaction import interaction_metrics
 from simprep.metrics.interaction_distributions import KINDS, Distributions, distributions, js_distances, pooled

@@ -64,14 +64,14 @@ class DuelAnalyze:
         import numpy as np
 
         from simprep.duel.analysis import STAGES, AnalysisSettings, analyse
-        from simprep.duel.annotations import read_annotations, save_annotations
-        from simprep.duel.cuts import read_cuts, save_cuts
-        from simprep.duel.evaluation import EvaluationSettings
-        from simprep.duel.example.truth import read_truth, truth_path
-        from simprep.duel.fight_model import save_fight_model
-        from simprep.duel.labels import ASPECTS, decode
-        from simprep.duel.stream import check_stream
-        from simprep.duel.stream_store import read_stream
+        from simprep.duel.labels.annotations import read_annotations, save_annotations
+        from simprep.duel.labels.cuts import read_cuts, save_cuts
+        from simprep.duel.labels.labels import ASPECTS, decode
+        from simprep.duel.model.evaluation import EvaluationSettings
+        from simprep.duel.model.fight_model import save_fight_model
+        from simprep.duel.stream.store import read_stream
+        from simprep.duel.stream.stream import check_stream
+        from simprep.duel.synthetic.truth import read_truth, truth_path
         from simprep.errors import MissingExtraError, MotionError, MotionFileError, SettingError
         from simprep.files import atomic_path
         from simprep.report.duel_tables import analysis_markdown

@@ -40,11 +40,11 @@ class DuelExample:
     def _run(self, output: Output) -> dict[str, Any]:
         from dataclasses import replace
 
-        from simprep.duel.example.bout import make_example
-        from simprep.duel.example.presets import preset
-        from simprep.duel.example.summary import summarise_example
-        from simprep.duel.example.truth import save_truth, truth_path
-        from simprep.duel.stream_store import save_stream
+        from simprep.duel.stream.store import save_stream
+        from simprep.duel.synthetic.bout import make_example
+        from simprep.duel.synthetic.presets import preset
+        from simprep.duel.synthetic.summary import summarise_example
+        from simprep.duel.synthetic.truth import save_truth, truth_path
         from simprep.errors import SettingError
         from simprep.files import atomic_path
         from simprep.report.duel_tables import example_markdown

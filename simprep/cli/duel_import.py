@@ -49,9 +49,9 @@ class DuelImport:
         print_result(self.json, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
-        from simprep.duel.import_pair import import_pair
-        from simprep.duel.stream import PLAYERS
-        from simprep.duel.stream_store import read_stream, save_stream
+        from simprep.duel.stream.import_pair import import_pair
+        from simprep.duel.stream.store import read_stream, save_stream
+        from simprep.duel.stream.stream import PLAYERS
         from simprep.errors import MotionFileError, SettingError
 
         if len(self.files) not in (1, 2):

@@ -34,8 +34,8 @@ class DuelJoin:
     def _run(self, output: Output) -> dict[str, Any]:
         from dataclasses import replace
 
-        from simprep.duel.stream import check_stream, concatenate_streams
-        from simprep.duel.stream_store import read_stream, save_stream
+        from simprep.duel.stream.store import read_stream, save_stream
+        from simprep.duel.stream.stream import check_stream, concatenate_streams
         from simprep.errors import MotionFileError, SettingError
 
         if not self.streams:

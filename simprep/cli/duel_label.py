@@ -58,14 +58,14 @@ class DuelLabel:
     def _run(self, output: Output) -> dict[str, Any]:
         import numpy as np
 
-        from simprep.duel.annotations import read_annotations, save_annotations, segment_names
-        from simprep.duel.cuts import read_cuts, save_cuts
-        from simprep.duel.label_scores import cross_validate
-        from simprep.duel.labelling import label_stream, propose, stream_features
-        from simprep.duel.labels import ASPECTS, LEARNED_ASPECTS, decode
-        from simprep.duel.segmentation import segment_stream, stream_kinematics
-        from simprep.duel.stream import check_stream
-        from simprep.duel.stream_store import read_stream
+        from simprep.duel.labels.annotations import read_annotations, save_annotations, segment_names
+        from simprep.duel.labels.cuts import read_cuts, save_cuts
+        from simprep.duel.labels.labelling import label_stream, propose, stream_features
+        from simprep.duel.labels.labels import ASPECTS, LEARNED_ASPECTS, decode
+        from simprep.duel.labels.scores import cross_validate
+        from simprep.duel.labels.segmentation import segment_stream, stream_kinematics
+        from simprep.duel.stream.store import read_stream
+        from simprep.duel.stream.stream import check_stream
         from simprep.errors import SettingError
 
         if not 1 <= self.count <= 10_000:
@@ -126,7 +126,7 @@ class DuelLabel:
 
 
 def _words(qualifiers: Any) -> str:
-    from simprep.duel.labels import LEARNED_ASPECTS, OTHERS, QUALIFIERS
+    from simprep.duel.labels.labels import LEARNED_ASPECTS, OTHERS, QUALIFIERS
 
     named = [(aspect, QUALIFIERS[aspect][index]) for aspect, index in zip(LEARNED_ASPECTS, qualifiers)]
     return " ".join(f"{aspect}={name}" for aspect, name in named if name != OTHERS) or OTHERS

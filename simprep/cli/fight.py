@@ -65,10 +65,10 @@ class FightCommand:
 
     def _run(self, output: Output) -> dict[str, Any]:
         asked = self._checked()
-        from simprep.duel.default_model import fight_model
-        from simprep.duel.example_motions import ExampleMotions
-        from simprep.duel.fight_model import model_doubts
-        from simprep.duel.modes import begin_fight
+        from simprep.duel.fight.default_model import fight_model
+        from simprep.duel.fight.modes import begin_fight
+        from simprep.duel.fight.recorded_actions import ExampleMotions
+        from simprep.duel.model.fight_model import model_doubts
         from simprep.report.record import provenance, write_json
         from simprep.study.fight import draw_fight, evaluate_fight, example_distributions, fight_content, save_fight
 
@@ -113,8 +113,8 @@ class FightCommand:
         return content
 
     def _checked(self) -> tuple[Any, ...]:
-        from simprep.duel.modes import LONGEST_S
-        from simprep.duel.requests import read_requests
+        from simprep.duel.fight.modes import LONGEST_S
+        from simprep.duel.fight.requests import read_requests
         from simprep.errors import SettingError
 
         if not 0.1 <= self.seconds <= LONGEST_S:

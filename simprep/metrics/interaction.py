@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.segmentation import stream_kinematics
-from simprep.duel.stream import DuelStream, facing_error, root_distance
+from simprep.duel.labels.segmentation import stream_kinematics
+from simprep.duel.stream.stream import DuelStream, facing_error, root_distance
 from simprep.errors import SettingError
 from simprep.humanoid import BODIES
 from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, stance_drift

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.distance import jensenshannon
 
-from simprep.duel.labels import ASPECTS, CODES, decode, encode
-from simprep.duel.stream import DuelStream, facing_error, root_distance
-from simprep.duel.structures import couple, link_actions
+from simprep.duel.labels.labels import ASPECTS, CODES, decode, encode
+from simprep.duel.model.structures import couple, link_actions
+from simprep.duel.stream.stream import DuelStream, facing_error, root_distance
 from simprep.errors import MotionError, SettingError
 
 DISTANCE_EDGES_M = np.append(np.arange(0.0, 3.0 + 1e-9, 0.1), np.inf)

@@ -7,8 +7,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.labels import ATTACKING_QUALIFIERS
-from simprep.duel.stream import DuelStream
+from simprep.duel.labels.labels import ATTACKING_QUALIFIERS
+from simprep.duel.stream.stream import DuelStream
 from simprep.humanoid import BODIES, SIDES
 from simprep.metrics.interaction_reactions import check_table, limb_attacks
 from simprep.motion.contacts import stances

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.labels import ATTACKING_QUALIFIERS, LEARNED_ASPECTS, OTHERS, QUALIFIERS, decode
+from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, LEARNED_ASPECTS, OTHERS, QUALIFIERS, decode
 from simprep.errors import MotionError
 
 ANSWER_S = 0.5

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.fight import Fight
-from simprep.duel.stream import PLAYERS, DuelStream
+from simprep.duel.fight.fight import Fight
+from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import SettingError
 from simprep.metrics.contact import slip_ratio
 from simprep.metrics.interaction import (

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.stream import DuelStream
+from simprep.duel.stream.stream import DuelStream
 from simprep.metrics.smoothing import DYNAMICS_SIGMA_S, smooth_motion
 from simprep.motion.edit import cut
 

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import replace
 
-from simprep.duel.fight import Fight
-from simprep.duel.labels import ATTACKING_QUALIFIERS, Label
+from simprep.duel.fight.fight import Fight
+from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, Label
 from simprep.humanoid import SIDES
 from simprep.physics.pair_run import BLOCKED, HIT, NOBODY, UNINTENDED, FighterContact
 

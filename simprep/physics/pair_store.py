@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from simprep.archive import open_archive, write_archive
-from simprep.duel.stream import PLAYERS
+from simprep.duel.stream.stream import PLAYERS
 from simprep.humanoid import Body
 from simprep.motion.motion import Motion
 from simprep.physics.pair_run import FighterContact, PairRun

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.segmentation import Cuts
-from simprep.duel.stream import PLAYERS, DuelStream
+from simprep.duel.labels.segmentation import Cuts
+from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import SettingError
 from simprep.report.figures import COLOURS, new_figure, save_figure
 
@@ -77,7 +77,7 @@ def plot_components(curve: Sequence[Mapping[str, float]], path: str | Path) -> P
     """Log density against the number of principal components (Fig. 11 of the 2008 paper), and its gain over one Gaussian.
 
     Args:
-        curve: from `simprep.duel.evaluation.components_curve`.
+        curve: from `simprep.duel.model.evaluation.components_curve`.
         path: the PNG file.
 
     Returns:

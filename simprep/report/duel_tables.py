@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from simprep.duel.labels import ASPECTS, LEARNED_ASPECTS
+from simprep.duel.labels.labels import ASPECTS, LEARNED_ASPECTS
 
 PLURAL = {"punch": "punches", "kick": "kicks"}
 
@@ -18,7 +18,7 @@ def example_markdown(summary: Mapping[str, Any], name: str, command: str) -> str
     """What an example stream holds.
 
     Args:
-        summary: from `simprep.duel.example.summary`.
+        summary: from `simprep.duel.synthetic.summary`.
         name: of the stream.
         command: that made it.
     """

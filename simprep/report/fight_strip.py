@@ -5,9 +5,9 @@ from itertools import pairwise
 
 import numpy as np
 
-from simprep.duel.fight import Fight
-from simprep.duel.labels import Label
-from simprep.duel.stream import PLAYERS
+from simprep.duel.fight.fight import Fight
+from simprep.duel.labels.labels import Label
+from simprep.duel.stream.stream import PLAYERS
 from simprep.errors import SettingError
 from simprep.report.label_text import short_text
 

@@ -7,9 +7,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.fight import NONE, Fight
-from simprep.duel.labels import Label
-from simprep.duel.stream import PLAYERS, root_distance
+from simprep.duel.fight.fight import NONE, Fight
+from simprep.duel.labels.labels import Label
+from simprep.duel.stream.stream import PLAYERS, root_distance
 from simprep.errors import SettingError
 from simprep.report.figures import COLOURS, new_figure, save_figure
 from simprep.report.label_text import COLOUR_OF, PALE, kind_of, short_text

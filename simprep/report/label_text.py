@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from types import MappingProxyType
 
-from simprep.duel.labels import KICKS, OTHERS, PUNCHES, Label
+from simprep.duel.labels.labels import KICKS, OTHERS, PUNCHES, Label
 
 COLOUR_OF: Mapping[str, str] = MappingProxyType(
     {

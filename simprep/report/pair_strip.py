@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.stream import DuelStream
+from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
 from simprep.files import atomic_path
 from simprep.report.film_strip import FAINT, HEADER_PX, StripSettings, pillow

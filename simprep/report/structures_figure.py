@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.labels import Label
-from simprep.duel.stream import PLAYERS
-from simprep.duel.structures import CoupledGraph
+from simprep.duel.labels.labels import Label
+from simprep.duel.model.structures import CoupledGraph
+from simprep.duel.stream.stream import PLAYERS
 from simprep.report.figures import COLOURS, new_figure, save_figure
 from simprep.report.label_text import COLOUR_OF, full_text, kind_of
 

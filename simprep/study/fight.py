@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from simprep.duel.fight import Fight
-from simprep.duel.fight_model import FightModel
-from simprep.duel.labels import ASPECTS, Label
-from simprep.duel.posture import PostureChange, optimise_fight_posture
-from simprep.duel.stream import PLAYERS, DuelStream
-from simprep.duel.stream_store import save_stream
+from simprep.duel.fight.fight import Fight
+from simprep.duel.fight.posture import PostureChange, optimise_fight_posture
+from simprep.duel.labels.labels import ASPECTS, Label
+from simprep.duel.model.fight_model import FightModel
+from simprep.duel.stream.store import save_stream
+from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MissingExtraError
 from simprep.files import atomic_path
 from simprep.metrics.interaction import InteractionMetrics, interaction_metrics

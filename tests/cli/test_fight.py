@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from simprep.cli.main import main
-from simprep.duel.example.bout import make_example
-from simprep.duel.example.presets import PRESETS
-from simprep.duel.fight_model import save_fight_model
-from simprep.duel.stream_store import read_stream
-from simprep.duel.stream_tracks import pair_tracks
-from simprep.duel.structures import couple, link_actions
-from simprep.duel.transition_model import train
+from simprep.duel.model.fight_model import save_fight_model
+from simprep.duel.model.structures import couple, link_actions
+from simprep.duel.model.tracks import pair_tracks
+from simprep.duel.model.transition_model import train
+from simprep.duel.stream.store import read_stream
+from simprep.duel.synthetic.bout import make_example
+from simprep.duel.synthetic.presets import PRESETS
 from simprep.physics.pair_store import read_pair_run
 
 KEYS = [

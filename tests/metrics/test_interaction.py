@@ -6,10 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simprep.duel.example.bout import make_example
-from simprep.duel.example.presets import PRESETS
-from simprep.duel.fight import Fight, FightAction
-from simprep.duel.stream import DuelStream
+from simprep.duel.fight.fight import Fight, FightAction
+from simprep.duel.stream.stream import DuelStream
+from simprep.duel.synthetic.bout import make_example
+from simprep.duel.synthetic.presets import PRESETS
 from simprep.errors import SettingError
 from simprep.humanoid import hinge_index
 from simprep.library.registry import library_motion

@@ -5,8 +5,8 @@ import pytest
 from metric_cases import rigid_motion
 from scipy.spatial.transform import Rotation
 
-from simprep.duel.labels import Label
-from simprep.duel.stream import DuelStream
+from simprep.duel.labels.labels import Label
+from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError, SettingError
 from simprep.humanoid import BODIES
 from simprep.metrics.contact import foot_slip, stance_drift

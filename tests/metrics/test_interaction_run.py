@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from metric_cases import rigid_motion, run_of
 
-from simprep.duel.fight import Fight, FightAction
-from simprep.duel.labels import Label
-from simprep.duel.stream import DuelStream
+from simprep.duel.fight.fight import Fight, FightAction
+from simprep.duel.labels.labels import Label
+from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
 from simprep.metrics.interaction_run import fight_so_far, run_metrics
 from simprep.physics.pair_run import FighterContact, PairRun

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from simprep.duel.fight import Fight, FightAction
-from simprep.duel.labels import Label
-from simprep.duel.stream import DuelStream
+from simprep.duel.fight.fight import Fight, FightAction
+from simprep.duel.labels.labels import Label
+from simprep.duel.stream.stream import DuelStream
 from simprep.humanoid import standing_qpos
 from simprep.motion.motion import Motion
 from simprep.physics.pair_hits import GRACE_S, judge

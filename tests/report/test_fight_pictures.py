@@ -5,10 +5,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from simprep.duel.fight import Fight, FightAction
-from simprep.duel.labels import Label
-from simprep.duel.stream import DuelStream
-from simprep.duel.structures import couple, link_actions
+from simprep.duel.fight.fight import Fight, FightAction
+from simprep.duel.labels.labels import Label
+from simprep.duel.model.structures import couple, link_actions
+from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
 from simprep.humanoid import standing_qpos
 from simprep.motion.motion import Motion
