@@ -28,11 +28,11 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from simprep.behavior.influence import Influence
-from simprep.behavior.runtime import RuntimeSettings
-from simprep.behavior.runtime_approach import approach
-from simprep.behavior.runtime_leg import Task
-from simprep.behavior.runtime_world import library_world
+from simprep.controller.influence import Influence
+from simprep.controller.runtime.approach import approach
+from simprep.controller.runtime.performer import RuntimeSettings
+from simprep.controller.runtime.task import Task
+from simprep.controller.runtime.world import library_world
 from simprep.duel.fight.default_model import default_fight_model
 from simprep.duel.fight.modes import begin_fight
 from simprep.duel.fight.recorded_actions import ExampleMotions

@@ -26,9 +26,9 @@ from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
 from simprep.metrics.evaluate import evaluate_run
-from simprep.metrics.interaction import falls_per_minute
-from simprep.metrics.interaction_run import run_metrics
-from simprep.physics.pair_hits import judge
+from simprep.metrics.interaction.run import run_metrics
+from simprep.metrics.interaction.stream import falls_per_minute
+from simprep.metrics.interaction.verdicts import judge
 from simprep.physics.pair_run import PairRun
 from simprep.physics.pair_store import save_pair_run
 from simprep.physics.pair_track import PairSettings, track_pair

@@ -38,9 +38,9 @@ from simprep.duel.synthetic.kinds import KIND_OF, attacks, context_of
 from simprep.duel.synthetic.presets import preset
 from simprep.duel.synthetic.truth import Truth
 from simprep.files import atomic_path
-from simprep.metrics.interaction import interaction_metrics
-from simprep.metrics.interaction_distributions import KINDS, Distributions, distributions, js_distances, pooled
-from simprep.metrics.interaction_stitches import Stitches, compare_stitches, stitches
+from simprep.metrics.interaction.distributions import KINDS, Distributions, distributions, js_distances, pooled
+from simprep.metrics.interaction.stitches import Stitches, compare_stitches, stitches
+from simprep.metrics.interaction.stream import interaction_metrics
 from simprep.motion.edit import yaw
 from simprep.report.duel_tables import markdown_table
 from simprep.report.record import provenance, write_json

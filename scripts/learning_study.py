@@ -18,15 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.progress import track
 
-from simprep.behavior.assess import assess
-from simprep.behavior.best import measure
-from simprep.behavior.displacement import DisplacementTable
-from simprep.behavior.model import QuantisedModel, build_model
-from simprep.behavior.policy import Policy
-from simprep.behavior.sarsa import Learner, allowed_values, learn, new_learner
-from simprep.behavior.settings import ControllerSettings, LearningSettings
-from simprep.behavior.spaces import ALPHA_LEVELS, ALPHA_STEP, GOAL_ANGLES, INFLUENCE_ANGLES
-from simprep.behavior.value_iteration import (
+from simprep.controller.assess import assess
+from simprep.controller.best import measure
+from simprep.controller.displacement import DisplacementTable
+from simprep.controller.model import QuantisedModel, build_model
+from simprep.controller.policy import Policy
+from simprep.controller.sarsa import Learner, allowed_values, learn, new_learner
+from simprep.controller.settings import ControllerSettings, LearningSettings
+from simprep.controller.spaces import ALPHA_LEVELS, ALPHA_STEP, GOAL_ANGLES, INFLUENCE_ANGLES
+from simprep.controller.value_iteration import (
     AT_GOAL,
     Backup,
     backup,

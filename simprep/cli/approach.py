@@ -11,9 +11,9 @@ from simprep.cli import output as output_module
 from simprep.cli.output import Output, print_result
 
 if TYPE_CHECKING:
-    from simprep.behavior.influence import Influence
-    from simprep.behavior.runtime_approach import Approach as Result
-    from simprep.behavior.runtime_leg import Task
+    from simprep.controller.influence import Influence
+    from simprep.controller.runtime.approach import Approach as Result
+    from simprep.controller.runtime.task import Task
 
 HEADLINE = ("reached", "time_s", "alpha_at_influence", "max_alpha_jump", "fps")
 """Keys of `--json` that other tools rely on."""
@@ -74,11 +74,11 @@ class Approach:
         goal = parse_point(self.goal, "--goal")
         sources = parse_influences(self.influence or (self.goal,), self.target)
 
-        from simprep.behavior.policy import load_policy
-        from simprep.behavior.runtime import RuntimeSettings
-        from simprep.behavior.runtime_approach import approach
-        from simprep.behavior.runtime_leg import Task
-        from simprep.behavior.runtime_world import library_world
+        from simprep.controller.policy import load_policy
+        from simprep.controller.runtime.approach import approach
+        from simprep.controller.runtime.performer import RuntimeSettings
+        from simprep.controller.runtime.task import Task
+        from simprep.controller.runtime.world import library_world
         from simprep.metrics.evaluate import evaluate_motion
         from simprep.motion.store import save_motion
         from simprep.report.record import provenance, write_json
@@ -202,7 +202,7 @@ def parse_influences(texts: Sequence[str], target: str) -> "list[Influence]":
     Raises:
         SettingError: malformed, or probabilities that cannot be.
     """
-    from simprep.behavior.influence import Influence
+    from simprep.controller.influence import Influence
     from simprep.errors import SettingError
 
     places: dict[tuple[float, float], dict[str, float]] = {}

@@ -10,8 +10,8 @@ from simprep.cli import output as output_module
 from simprep.cli.output import Output, print_result
 
 if TYPE_CHECKING:
-    from simprep.behavior.policy import Policy
-    from simprep.behavior.training import Training
+    from simprep.controller.policy import Policy
+    from simprep.controller.training import Training
 
 HEADLINE = ("steps", "wall_s", "states", "mean_return", "optimal_share")
 """Keys of `--json` that other tools rely on."""
@@ -66,8 +66,8 @@ class Train:
 
         import numpy as np
 
-        from simprep.behavior.assess import assess, random_approaches
-        from simprep.behavior.policy import save_policy
+        from simprep.controller.assess import assess, random_approaches
+        from simprep.controller.policy import save_policy
         from simprep.errors import SettingError
         from simprep.report.record import provenance, write_json
 
@@ -101,10 +101,10 @@ class Train:
         return content
 
     def _train(self, output: Output) -> tuple["Training", "Policy"]:
-        from simprep.behavior.best import measure
-        from simprep.behavior.settings import ControllerSettings, LearningSettings, RewardSettings
-        from simprep.behavior.training import resume, run, save_training, start
         from simprep.cli.resolve import resolve_motion
+        from simprep.controller.best import measure
+        from simprep.controller.settings import ControllerSettings, LearningSettings, RewardSettings
+        from simprep.controller.training import resume, run, save_training, start
         from simprep.preparation.settings import PreparationSettings
 
         settings = ControllerSettings(

@@ -75,9 +75,9 @@ class Validate:
     def _run(self, output: Output) -> dict[str, Any]:
         plan = self._plan(output)  # a bad file fails before the imports
         from simprep.study.pictures import draw_study
+        from simprep.study.store import mark_unfinished, study_record, write_study
         from simprep.study.tables import study_tables
         from simprep.study.validate import run_study
-        from simprep.study.write import mark_unfinished, study_record, write_study
 
         mark_unfinished(plan, self.out, output_module.arguments)
         motions = self.out / "motions"

@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from simprep.archive import open_archive, write_archive
-from simprep.duel.stream.stream import PLAYERS
 from simprep.humanoid import Body
 from simprep.motion.motion import Motion
 from simprep.physics.pair_run import FighterContact, PairRun
@@ -13,6 +12,8 @@ from simprep.physics.run import Assist, Run
 from simprep.physics.store import run_arrays, run_header
 
 SCHEMA = "simprep.pair-run/1"
+NAMES = ("A", "B")
+"""Of the two, in the file."""
 
 
 def save_pair_run(run: PairRun, path: str | Path) -> Path:
@@ -35,7 +36,7 @@ def save_pair_run(run: PairRun, path: str | Path) -> Path:
         "runs": [run_header(one) for one in run.runs],
     }
     arrays: dict[str, Any] = {"penetration": run.penetration, "reference_penetration": run.reference_penetration}
-    for player, one in zip(PLAYERS, run.runs):
+    for player, one in zip(NAMES, run.runs):
         arrays |= {f"{player}.{name}": value for name, value in run_arrays(one).items()}
         arrays[f"{player}.reference.qpos"] = one.reference.qpos
         arrays[f"{player}.reference.contacts"] = one.reference.contacts
@@ -52,7 +53,7 @@ def read_pair_run(path: str | Path) -> PairRun:
         MotionFileError: missing, damaged or not such a file.
     """
     with open_archive(path, "run of two fighters", SCHEMA) as (header, archive):
-        runs = [_run(player, part, archive) for player, part in zip(PLAYERS, header["runs"], strict=True)]
+        runs = [_run(player, part, archive) for player, part in zip(NAMES, header["runs"], strict=True)]
         contacts = tuple(
             FighterContact(**{**one, "impulse": tuple(one["impulse"]), "position": tuple(one["position"])})
             for one in header["contacts"]

@@ -134,7 +134,7 @@ def synthesise(
         measure: whether to give the costs of the optimisation.
         share: () or (T,) factor on every blending weight, 0 to 1: the probability that there will be a target at all. Of all
             mixtures of locomotion and style it is the one with the least expected squared distance (see
-            `simprep.behavior.influence`).
+            `simprep.controller.influence`).
     """
     start = start or Seam()
     source, fps, body = locomotion.qpos, locomotion.fps, locomotion.body

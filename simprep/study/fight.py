@@ -16,10 +16,10 @@ from simprep.duel.stream.store import save_stream
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MissingExtraError
 from simprep.files import atomic_path
-from simprep.metrics.interaction import InteractionMetrics, interaction_metrics
-from simprep.metrics.interaction_distributions import Distributions, distributions
-from simprep.metrics.interaction_run import RunMetrics, fight_so_far, run_metrics, simulated_stream
-from simprep.physics.pair_hits import judge
+from simprep.metrics.interaction.distributions import Distributions, distributions
+from simprep.metrics.interaction.run import RunMetrics, fight_so_far, run_metrics, simulated_stream
+from simprep.metrics.interaction.stream import InteractionMetrics, interaction_metrics
+from simprep.metrics.interaction.verdicts import judge
 from simprep.physics.pair_run import PairRun
 from simprep.physics.pair_store import save_pair_run
 from simprep.physics.pair_track import track_pair
