@@ -20,7 +20,7 @@ from simprep.duel.synthetic.bout import make_example
 from simprep.duel.synthetic.presets import PRESETS, preset
 from simprep.duel.synthetic.summary import summarise_example
 from simprep.files import atomic_path
-from simprep.report.duel_tables import markdown_table
+from simprep.report.duel.tables import markdown_table
 from simprep.report.record import provenance, write_json
 
 KEPT = (

@@ -42,7 +42,7 @@ from simprep.metrics.interaction.distributions import KINDS, Distributions, dist
 from simprep.metrics.interaction.stitches import Stitches, compare_stitches, stitches
 from simprep.metrics.interaction.stream import interaction_metrics
 from simprep.motion.edit import yaw
-from simprep.report.duel_tables import markdown_table
+from simprep.report.duel.tables import markdown_table
 from simprep.report.record import provenance, write_json
 
 IntArray = NDArray[np.int64]

@@ -10,7 +10,7 @@ import numpy as np
 from simprep.controller.influence import Influence
 from simprep.errors import SettingError
 from simprep.library.registry import library_motion
-from simprep.library.walk import WalkStyle, walk
+from simprep.library.walking.walk import WalkStyle, walk
 from simprep.motion.edit import cut, move, repeat
 from simprep.motion.motion import Motion
 from simprep.preparation.transition import launch, launch_frame

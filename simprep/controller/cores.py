@@ -6,7 +6,7 @@ from functools import cache
 from simprep.controller.settings import ControllerSettings
 from simprep.errors import MotionError, UnknownNameError
 from simprep.library import library_motion, library_names
-from simprep.library.walk import WalkStyle, walk
+from simprep.library.walking.walk import WalkStyle, walk
 from simprep.motion.edit import mirror
 from simprep.motion.motion import Motion
 

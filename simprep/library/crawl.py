@@ -11,11 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.humanoid import SIDES
-from simprep.library.curves import Curve, key_curve
 from simprep.library.entry import Entry
-from simprep.library.feet import FootPath, Stance, ankle_height
-from simprep.library.limbs import SIGNS
-from simprep.library.target import (
+from simprep.library.parts.feet import FootPath, Stance, ankle_height
+from simprep.library.parts.limbs import SIGNS
+from simprep.library.parts.target import (
     HANGING,
     UPRIGHT,
     ArmKey,
@@ -28,6 +27,7 @@ from simprep.library.target import (
     degrees_curve,
     support_point,
 )
+from simprep.motion.curves import Curve, key_curve
 from simprep.motion.motion import Motion
 
 READY_S, TARGET_S = 0.70, 0.90

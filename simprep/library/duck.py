@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from simprep.library.entry import Entry
-from simprep.library.feet import FootPath, Stance
-from simprep.library.target import (
+from simprep.library.parts.feet import FootPath, Stance
+from simprep.library.parts.target import (
     GUARD_LEAD,
     GUARD_REAR,
     HANGING,

@@ -12,12 +12,12 @@ import numpy as np
 from scipy.interpolate import BPoly
 
 from simprep.humanoid import GRAVITY, SIDES
-from simprep.library.curves import Curve
 from simprep.library.entry import Entry
-from simprep.library.feet import FootPath, Stance
-from simprep.library.limbs import SIGNS
-from simprep.library.posture import RELAXED
-from simprep.library.target import UPRIGHT, Target, build_target, degrees_curve
+from simprep.library.parts.feet import FootPath, Stance
+from simprep.library.parts.limbs import SIGNS
+from simprep.library.parts.posture import RELAXED
+from simprep.library.parts.target import UPRIGHT, Target, build_target, degrees_curve
+from simprep.motion.curves import Curve
 from simprep.motion.motion import Motion
 
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from simprep.humanoid import BODIES, DEFAULT_BODY, FEET, FOOT_GEOMS, SIDES, Body
-from simprep.library.curves import minimum_jerk
 from simprep.motion.contacts import stances
+from simprep.motion.curves import minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.rotations import axis_rotation, rotation_matrix
 from simprep.preparation.foot_ik import Leg, legs, solve_leg

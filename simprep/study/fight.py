@@ -190,10 +190,10 @@ def draw_fight(
     Returns:
         The files written.
     """
-    from simprep.report.fight_strip import strip_captions, strip_frames
-    from simprep.report.fight_timeline import fight_timeline
+    from simprep.report.duel.strip import save_pair_strip
+    from simprep.report.fight.moments import strip_captions, strip_frames
+    from simprep.report.fight.timeline import fight_timeline
     from simprep.report.gl import NoGlError
-    from simprep.report.pair_strip import save_pair_strip
 
     folder, files = Path(folder), []
     stream = _simulated(results) or results.fight.stream

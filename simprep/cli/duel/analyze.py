@@ -74,7 +74,7 @@ class DuelAnalyze:
         from simprep.duel.synthetic.truth import read_truth, truth_path
         from simprep.errors import MissingExtraError, MotionError, MotionFileError, SettingError
         from simprep.files import atomic_path
-        from simprep.report.duel_tables import analysis_markdown
+        from simprep.report.duel.tables import analysis_markdown
         from simprep.report.record import provenance, write_json
 
         if self.seed < 0:
@@ -127,8 +127,8 @@ class DuelAnalyze:
         ]  # fmt: skip
         if not self.no_figures:
             try:
-                from simprep.report.duel_figures import plot_components, plot_cuts
-                from simprep.report.structures_figure import plot_structures
+                from simprep.report.duel.figures import plot_components, plot_cuts
+                from simprep.report.duel.structures import plot_structures
 
                 written.append(plot_cuts(stream, found.segmentation.force, found.cuts, self.out / "cuts.png"))
                 written.append(plot_components(found.tables["components_curve"], self.out / "components.png"))

@@ -47,7 +47,7 @@ class DuelExample:
         from simprep.duel.synthetic.truth import save_truth, truth_path
         from simprep.errors import SettingError
         from simprep.files import atomic_path
-        from simprep.report.duel_tables import example_markdown
+        from simprep.report.duel.tables import example_markdown
         from simprep.report.record import write_json
 
         if self.seed < 0:

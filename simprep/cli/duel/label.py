@@ -88,7 +88,7 @@ class DuelLabel:
         if annotations is not None:
             labels = label_stream(stream, cuts, annotations.rows, annotations.qualifiers, features=features)
         if self.figure is not None:
-            from simprep.report.duel_figures import plot_cuts
+            from simprep.report.duel.figures import plot_cuts
 
             output.say(f"written: {plot_cuts(stream, segmentation.force, cuts, self.figure)}")
         if self.cuts is None or not self.cuts.exists():

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.duel.model.action_features import FloorFrame, turned
-from simprep.library.curves import minimum_jerk
+from simprep.motion.curves import minimum_jerk
 from simprep.motion.rotations import wrap_angle
 
 FloatArray = NDArray[np.float64]

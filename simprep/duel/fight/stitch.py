@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from simprep.errors import SettingError
 from simprep.humanoid import DEFAULT_BODY, FEET, LEG_JOINTS, SIDES, Body, hinge_index, humanoid_model
-from simprep.library.curves import minimum_jerk
 from simprep.motion.contacts import stances
+from simprep.motion.curves import minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.rotations import rotation_matrix, wrap_angle
 from simprep.preparation.foot_ik import legs

@@ -13,8 +13,8 @@ from simprep.duel.synthetic.kinds import SIDES, context_of
 from simprep.duel.synthetic.pieces import PITCH, PIVOT
 from simprep.duel.synthetic.planned import FPS, Fighter, Planned
 from simprep.humanoid import GRAVITY
-from simprep.library.feet import FootPath, Stance, ankle_height
-from simprep.library.limbs import SIGNS
+from simprep.library.parts.feet import FootPath, Stance, ankle_height
+from simprep.library.parts.limbs import SIGNS
 from simprep.motion.contacts import stances
 
 FloatArray = NDArray[np.float64]

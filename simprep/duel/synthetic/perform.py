@@ -1,6 +1,6 @@
 """From a drawn bout to poses: postures of the pieces, feet on their places, centre of mass with its force peaks.
 
-Feet roll and pivot without slipping (`simprep.library.feet`), the centre of mass follows the planned pressure point by the
+Feet roll and pivot without slipping (`simprep.library.parts.feet`), the centre of mass follows the planned pressure point by the
 cart-table model and the wanted heave, and legs follow exactly: the same whole-body solver as for the built-in motions.
 """
 
@@ -19,10 +19,10 @@ from simprep.duel.synthetic.kinds import SIDES
 from simprep.duel.synthetic.pieces import CHANNELS, FIRST_HINGE, PITCH, PIVOT, Piece, guard_posture
 from simprep.duel.synthetic.planned import FPS, Fighter, Planned
 from simprep.humanoid import FEET, GRAVITY, LEG_JOINTS, N_QPOS, hinge_index, humanoid_model
-from simprep.library.balance import com_from_zmp
-from simprep.library.curves import key_curve, minimum_jerk
-from simprep.library.posture import trunk_rotation
-from simprep.library.whole_body import JointSwing, Plan, follow_com
+from simprep.library.parts.balance import com_from_zmp
+from simprep.library.parts.posture import trunk_rotation
+from simprep.library.parts.whole_body import JointSwing, Plan, follow_com
+from simprep.motion.curves import key_curve, minimum_jerk
 from simprep.motion.kinematics import forward_kinematics
 
 FloatArray = NDArray[np.float64]

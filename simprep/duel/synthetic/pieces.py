@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.humanoid import BODIES, FEET, HINGES, SIDES
-from simprep.library.curves import minimum_jerk
 from simprep.library.registry import library_motion
+from simprep.motion.curves import minimum_jerk
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import rotation_matrix
 

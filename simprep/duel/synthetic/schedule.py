@@ -14,7 +14,7 @@ from simprep.duel.synthetic.kinds import KIND_OF, SIDES, attacks, context_of
 from simprep.duel.synthetic.pieces import KICK_SHARES, KICKS, PUNCH_SHARES, PUNCHES, striking_distance
 from simprep.duel.synthetic.planned import FPS, OFFSETS, TOES_OUT, Fighter, Planned, Step, turned
 from simprep.duel.synthetic.presets import ExampleSettings, duration_range
-from simprep.library.curves import minimum_jerk
+from simprep.motion.curves import minimum_jerk
 
 FloatArray = NDArray[np.float64]
 GRID = 2

@@ -20,7 +20,7 @@ from simprep.duel.stream.stream import DuelStream, concatenate_streams
 from simprep.errors import MotionError, MotionFileError, SettingError
 from simprep.humanoid import GRAVITY
 from simprep.motion.edit import move
-from simprep.report.duel_figures import plot_cuts
+from simprep.report.duel.figures import plot_cuts
 
 FPS = 60.0
 WHOLE = SegmentationSettings(shortest_s=0.1)
