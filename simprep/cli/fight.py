@@ -69,8 +69,10 @@ class FightCommand:
         from simprep.duel.fight.modes import begin_fight
         from simprep.duel.fight.recorded_actions import ExampleMotions
         from simprep.duel.model.fight_model import model_doubts
+        from simprep.metrics.interaction.evaluate import evaluate_fight, example_distributions, fight_content
+        from simprep.report.fight.files import save_fight
+        from simprep.report.fight.pictures import draw_fight
         from simprep.report.record import provenance, write_json
-        from simprep.study.fight import draw_fight, evaluate_fight, example_distributions, fight_content, save_fight
 
         with output.progress() as bar:
             task = bar.add_task("model", total=1.0)
