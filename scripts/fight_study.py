@@ -28,7 +28,6 @@ from simprep.duel.fight.passive import ReactingChooser, RecordedChooser
 from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.duel.fight.synthesis import Bout
 from simprep.duel.labels.labels import ASPECTS, ATTACKING_QUALIFIERS, QUALIFIERS, Label, decode
-from simprep.duel.model.action_features import turned
 from simprep.duel.model.fight_model import FightModel
 from simprep.duel.model.held_out import held_out_actions, learn_before, split_frame
 from simprep.duel.model.structures import REQUESTS
@@ -42,6 +41,7 @@ from simprep.metrics.interaction.distributions import KINDS, Distributions, dist
 from simprep.metrics.interaction.stitches import Stitches, compare_stitches, stitches
 from simprep.metrics.interaction.stream import interaction_metrics
 from simprep.motion.edit import yaw
+from simprep.motion.turns import turned
 from simprep.report.duel.tables import markdown_table
 from simprep.report.record import provenance, write_json
 

@@ -13,6 +13,7 @@ from simprep.controller.spaces import ALPHA_LEVELS, ALPHA_STEP, relative
 from simprep.errors import MotionError
 from simprep.motion.edit import loop_displacement
 from simprep.motion.motion import Motion
+from simprep.motion.turns import turned
 from simprep.preparation.blending import split_heading
 from simprep.preparation.prepare import extend, prepare
 from simprep.preparation.trajectory import heading_trend
@@ -93,9 +94,7 @@ def integrate(steps: Array) -> Array:
     """
     heading = np.concatenate([[0.0], np.cumsum(steps[:, 2])])
     middle = (heading[1:] + heading[:-1]) / 2
-    c, s = np.cos(middle), np.sin(middle)
-    x, y = steps[:, 0], steps[:, 1]
-    walked = np.cumsum(np.stack([c * x - s * y, s * x + c * y], axis=-1), axis=0)
+    walked = np.cumsum(turned(steps[:, :2], middle), axis=0)
     return np.column_stack([np.concatenate([np.zeros((1, 2)), walked]), heading])
 
 

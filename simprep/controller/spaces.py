@@ -5,6 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from simprep.motion.turns import turned
+
 Array = NDArray[np.float64]
 Cells = NDArray[np.int64]
 
@@ -98,9 +100,7 @@ def relative(point: ArrayLike, position: ArrayLike, heading: ArrayLike) -> Array
         (..., 2) [m].
     """
     offset = np.asarray(point, dtype=np.float64) - np.asarray(position, dtype=np.float64)
-    c, s = np.cos(heading), np.sin(heading)
-    x, y = offset[..., 0], offset[..., 1]
-    return np.stack([c * x + s * y, c * y - s * x], axis=-1)
+    return turned(offset, -np.asarray(heading))
 
 
 def polar(point: Array) -> tuple[Array, Array]:

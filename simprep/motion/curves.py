@@ -20,6 +20,28 @@ def minimum_jerk(share: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(s**3 * (10 - 15 * s + 6 * s * s))
 
 
+def smooth_step(share: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Cubic step from 0 to 1, at rest at both ends: for weights, where accelerations do not matter.
+
+    Args:
+        share: (...) of the way, 0 to 1.
+    """
+    return np.asarray(share * share * (3 - 2 * share))
+
+
+def dying_away(
+    share: NDArray[np.float64], value: NDArray[np.float64] | float, slope: NDArray[np.float64] | float
+) -> NDArray[np.float64]:
+    """Cubic curve from a value and a slope to 0, where it comes to rest (Hermite).
+
+    Args:
+        share: (...) of the way, 0 to 1.
+        value: at 0.
+        slope: at 0, per whole way.
+    """
+    return np.asarray(value * (1 + 2 * share) * (1 - share) ** 2 + slope * share * (1 - share) ** 2)
+
+
 def key_curve(times: Sequence[float], values: ArrayLike, period: float | None = None) -> Curve:
     """Quintic curve through key values: monotone-preserving slopes (PCHIP), zero acceleration at the keys.
 

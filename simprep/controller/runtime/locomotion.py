@@ -8,8 +8,10 @@ from numpy.typing import NDArray
 
 from simprep.controller.graph import MotionGraph, pair_distances
 from simprep.errors import MotionError, UnknownNameError
+from simprep.motion.curves import dying_away
 from simprep.motion.edit import loop_displacement, move
 from simprep.motion.motion import Motion
+from simprep.motion.turns import turned
 from simprep.preparation.blending import split_heading
 from simprep.preparation.prepare import extend
 from simprep.preparation.synthesis import Locomotion
@@ -118,7 +120,7 @@ class LocomotionStream:
         self._cores = cores
         self.fps, self.body, self.node = cores.fps, cores.body, node
         turn = place[2] - float(cycle.trend[frame % len(cycle.motion)])
-        x, y = _rotate(cycle.motion.qpos[frame % len(cycle.motion), :2], turn)
+        x, y = turned(cycle.motion.qpos[frame % len(cycle.motion), :2], turn)
         self._next = frame  # frame of the core node that comes next
         self._turn, self._shift = turn, np.array([place[0] - x, place[1] - y])  # placement of the current cycle
         self._qpos = np.empty((0, 44))
@@ -186,7 +188,7 @@ class LocomotionStream:
         gap = self._trend[at] - trend[0]
         trend = trend + 2 * np.pi * np.round(gap / (2 * np.pi))
         x = np.minimum(np.arange(count) / (DEFAULT_WINDOW_S * self.fps), 1.0)
-        trend = trend + (self._trend[at] - trend[0]) * (1 + 2 * x) * (1 - x) ** 2
+        trend = trend + dying_away(x, self._trend[at] - trend[0], 0.0)
         self._cut(at)
         self._append(qpos[:count], contacts[:count], trend, [(node, int(f)) for f in (entry + np.arange(count)) % n])
         # go on where this piece ends: it has come to be the placed cycle again
@@ -195,7 +197,7 @@ class LocomotionStream:
         pose = self._qpos[-1]
         turn = float(split_heading(pose[3:7])[0] - split_heading(cycle.motion.qpos[last, 3:7])[0])
         turn += 2 * np.pi * round((self._trend[-1] - cycle.trend[last] - turn) / (2 * np.pi))
-        self._turn, self._shift = turn, pose[:2] - _rotate(cycle.motion.qpos[last, :2], turn)
+        self._turn, self._shift = turn, pose[:2] - turned(cycle.motion.qpos[last, :2], turn)
         if self._next == 0:
             self._carry()
 
@@ -211,7 +213,7 @@ class LocomotionStream:
 
     def _carry(self) -> None:
         cycle = self._cores.cycle(self.node)
-        self._shift = self._shift + _rotate(cycle.step, self._turn)
+        self._shift = self._shift + turned(cycle.step, self._turn)
         self._turn += cycle.turn
 
     def _append(self, qpos: Array, contacts: NDArray[np.bool_], trend: Array, phases: list[tuple[str, int]]) -> None:
@@ -234,9 +236,4 @@ def _cycle(motion: Motion, fps: float) -> Cycle:
     heading = np.unwrap(split_heading(motion.qpos[:, 3:7])[0])
     first = motion.qpos[0, :2]
     # the next cycle is R(turn) q + step', and maps the first frame to the one after the last
-    return Cycle(motion, heading_trend(heading, fps, (len(motion), turn)), turn, first + step - _rotate(first, turn))
-
-
-def _rotate(point: Array, angle: float) -> Array:
-    c, s = np.cos(angle), np.sin(angle)
-    return np.array([c * point[0] - s * point[1], s * point[0] + c * point[1]])
+    return Cycle(motion, heading_trend(heading, fps, (len(motion), turn)), turn, first + step - turned(first, turn))

@@ -16,6 +16,7 @@ from simprep.controller.influence import style_from_vectors, style_vector
 from simprep.controller.runtime.locomotion import CoreNodes, LocomotionStream
 from simprep.errors import SettingError
 from simprep.humanoid import UPPER_BODY_HINGES, humanoid_model
+from simprep.motion.curves import dying_away
 from simprep.motion.motion import Motion
 from simprep.preparation.blending import joint_weights
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -209,7 +210,7 @@ class Character:
             slope = gap[-1] - gap[-2] if len(gap) > 1 else np.zeros(len(columns))
             frames = min(round(share * self.settings.fade * self.fps), len(qpos))
             x = np.arange(1, frames + 1)[:, None] / (frames + 1)
-            fade = gap[-1] * (1 + 2 * x) * (1 - x) ** 2 + slope * (frames + 1) * x * (1 - x) ** 2
+            fade = dying_away(x, gap[-1], slope * (frames + 1))
             qpos[:frames, columns] += fade
         low, high = humanoid_model(self.stream.body).jnt_range[1:].T
         qpos[:, 7:] = np.where(np.abs(qpos[:, 7:] - made) > 0, np.clip(qpos[:, 7:], low, high), qpos[:, 7:])

@@ -17,13 +17,13 @@ from simprep.duel.fight.choice import Choice, Situation
 from simprep.duel.fight.drawing import DrawingChooser
 from simprep.duel.fight.masks import kind_of, narrowed, seen_successions
 from simprep.duel.fight.requests import Request
-from simprep.duel.model.action_features import turned
 from simprep.duel.model.fight_model import FightModel
 from simprep.duel.model.structures import REQUESTS
 from simprep.duel.model.transition_model import TransitionModel
 from simprep.duel.stream.stream import PLAYERS
 from simprep.errors import SettingError
 from simprep.motion.edit import yaw
+from simprep.motion.turns import turned
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]

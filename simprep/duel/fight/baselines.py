@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 from simprep.duel.fight.choice import Choice, Situation
 from simprep.duel.fight.drawing import ConditionalDensities, DrawSettings, begins_where, shares
 from simprep.duel.fight.masks import narrowed
-from simprep.duel.model.action_features import PLACEMENT, turned
+from simprep.duel.model.action_features import PLACEMENT
 from simprep.duel.model.label_model import row_of
 from simprep.duel.model.semi_tied import ClassGaussians, SemiTied
 from simprep.duel.model.transition_model import DuelModel, TransitionModel
+from simprep.motion.turns import turned
 
 FloatArray = NDArray[np.float64]
 

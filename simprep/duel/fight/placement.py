@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.model.action_features import FloorFrame, turned
+from simprep.duel.model.action_features import FloorFrame
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.rotations import wrap_angle
+from simprep.motion.turns import turned
 
 FloatArray = NDArray[np.float64]
 HALF_WAY = 0.5

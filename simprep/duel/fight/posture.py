@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from simprep.duel.fight.fight import Fight
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, PUNCHES, Label
 from simprep.humanoid import BODIES, SIDES, UPPER_BODY_HINGES, humanoid_model
+from simprep.motion.curves import smooth_step
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.support import support_centre, support_points
@@ -86,7 +87,7 @@ def punching(fight: Fight, player: int) -> FloatArray:
             if getattr(label, aspect) in ATTACKING_QUALIFIERS[aspect]:
                 outside = np.maximum(action.start - frames, frames - (action.end - 1)).clip(0)
                 ramp = np.clip(1 - outside / fade, 0, 1)
-                weight[:, hand] = np.maximum(weight[:, hand], ramp * ramp * (3 - 2 * ramp))
+                weight[:, hand] = np.maximum(weight[:, hand], smooth_step(ramp))
     return weight
 
 

@@ -17,6 +17,7 @@ from simprep.motion.contacts import stances
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.rotations import rotation_matrix, wrap_angle
+from simprep.motion.turns import rotation_between
 from simprep.preparation.foot_ik import legs
 from simprep.preparation.planting import Standing, foot_heading, plant_feet
 from simprep.preparation.settings import PreparationSettings
@@ -143,8 +144,7 @@ def inertialise(seam: FloatArray, target: FloatArray, before: FloatArray, frames
 
 def _difference(a: FloatArray, b: FloatArray) -> FloatArray:
     """(43,) from pose a to pose b: position, rotation vector in the world, hinges."""
-    turn = Rotation.from_quat(b[3:7], scalar_first=True) * Rotation.from_quat(a[3:7], scalar_first=True).inv()
-    return np.concatenate([b[:3] - a[:3], turn.as_rotvec(), b[7:] - a[7:]])
+    return np.concatenate([b[:3] - a[:3], rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]])
 
 
 def plan_contacts(contacts: BoolArray, seam: Seam, fps: float, settings: StitchSettings = DEFAULT_STITCH) -> BoolArray:

@@ -27,20 +27,14 @@ from simprep.duel.fight.placement import Aim, place
 from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.duel.fight.stitch import Seam, StitchSettings, plant, stitch
 from simprep.duel.fight.time_warp import Warp, WarpSettings, fit_warp
-from simprep.duel.model.action_features import (
-    ActionSummaries,
-    FloorFrame,
-    action_parameters,
-    floor_frame,
-    summarise,
-    turned,
-)
+from simprep.duel.model.action_features import ActionSummaries, FloorFrame, action_parameters, floor_frame, summarise
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError, SettingError
 from simprep.motion.edit import yaw
 from simprep.motion.kinematics import Kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import multiply_quat
+from simprep.motion.turns import about_vertical, turned
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -282,10 +276,10 @@ class Bout:
         )  # fmt: skip
         target = source.copy()
         target[:, :2] = placement.position
-        target[:, 3:7] = multiply_quat(_about_vertical(placement.turn), source[:, 3:7])
+        target[:, 3:7] = multiply_quat(about_vertical(placement.turn), source[:, 3:7])
         before = found.qpos[0].copy()
         before[:2] = situation.position + turned(found.qpos[0, :2] - source[0, :2], placement.turn[0])
-        before[3:7] = multiply_quat(_about_vertical(placement.turn[:1])[0], before[3:7])
+        before[3:7] = multiply_quat(about_vertical(placement.turn[:1])[0], before[3:7])
         seam = Seam(track.qpos[begin - 1 : begin + 2].copy(), track.contacts[begin].copy(), track.lift[begin].copy())
         made = stitch(
             seam,
@@ -365,8 +359,3 @@ def synthesise(
     frames = max(2, round(seconds * examples.fps))
     bout.run(frames)
     return bout.fight(frames, mode, seed)
-
-
-def _about_vertical(angle: FloatArray) -> FloatArray:
-    zero = np.zeros_like(angle)
-    return np.stack([np.cos(angle / 2), zero, zero, np.sin(angle / 2)], axis=-1)

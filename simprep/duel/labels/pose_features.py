@@ -14,6 +14,7 @@ from simprep.errors import SettingError
 from simprep.motion.edit import yaw
 from simprep.motion.kinematics import Kinematics
 from simprep.motion.rotations import wrap_angle
+from simprep.motion.turns import turned
 
 SAMPLES = 10
 """Poses per action (the paper's N)."""
@@ -72,21 +73,14 @@ def pose_features(
     pose = _blend(joints, low, high, weight[..., None, None])
 
     pose[..., :2] -= place[..., None, :2]
-    c, s = np.cos(angle), np.sin(angle)
-    local = _turned(pose, c[..., None], s[..., None])
+    pose[..., :2] = turned(pose[..., :2], -angle[..., None])
     motion = np.zeros((*at.shape, 3))
     steps = np.diff(place, axis=1)
-    motion[:, 1:, :2] = _turned(steps, c[:, :-1], s[:, :-1])[..., :2]
+    motion[:, 1:, :2] = turned(steps[..., :2], -angle[:, :-1])
     motion[:, 1:, 2] = wrap_angle(np.diff(angle, axis=1))
-    flat = local.reshape(*at.shape, -1)
+    flat = pose.reshape(*at.shape, -1)
     return np.concatenate([motion, flat], axis=-1).reshape(len(segments), -1)
 
 
 def _blend(values: FloatArray, low: NDArray[np.int64], high: NDArray[np.int64], weight: FloatArray) -> FloatArray:
     return np.asarray((1 - weight) * values[low] + weight * values[high])
-
-
-def _turned(vectors: FloatArray, c: FloatArray, s: FloatArray) -> FloatArray:
-    """World vectors (..., 3) in axes whose x has the direction (c, s)."""
-    x, y = vectors[..., 0], vectors[..., 1]
-    return np.stack([c * x + s * y, c * y - s * x, vectors[..., 2]], axis=-1)

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from simprep.duel.model.structures import ActionList, Transitions
 from simprep.errors import MotionError, SettingError
 from simprep.motion.rotations import wrap_angle
+from simprep.motion.turns import turned
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -302,13 +303,6 @@ def action_features(
     position = tracks.root[np.where(inside, later, 0), actions.player, :2]
     goal[inside] = frames.point(position)[inside]
     return ActionFeatures(summaries, frames, goal)
-
-
-def turned(vectors: FloatArray, angle: FloatArray | float) -> FloatArray:
-    """Vectors on the floor (..., 2), turned by angles (...) about z [rad]."""
-    cosine, sine = np.cos(angle), np.sin(angle)
-    x, y = vectors[..., 0], vectors[..., 1]
-    return np.stack([cosine * x - sine * y, sine * x + cosine * y], axis=-1)
 
 
 def _summaries(track: FloatArray, start: IntArray, end: IntArray, fps: float) -> ActionSummaries:

@@ -3,10 +3,11 @@
 import numpy as np
 
 from simprep.duel.labels.segmentation import stream_kinematics
-from simprep.duel.model.action_features import PairTracks, turned
+from simprep.duel.model.action_features import PairTracks
 from simprep.duel.stream.stream import DuelStream
 from simprep.motion.edit import yaw
 from simprep.motion.kinematics import Kinematics
+from simprep.motion.turns import turned
 
 
 def pair_tracks(stream: DuelStream, kinematics: tuple[Kinematics, Kinematics] | None = None) -> PairTracks:

@@ -12,6 +12,7 @@ from simprep.library.parts.balance import cart_table_zmp, com_from_zmp, ground_r
 from simprep.library.parts.limbs import leg_angles, limb_lengths
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.rotations import multiply_quat
+from simprep.motion.turns import about_vertical
 
 _LEG_COLUMNS = np.array([[7 + hinge_index(f"{side}_{joint}") for joint in LEG_JOINTS] for side in SIDES])
 
@@ -177,7 +178,7 @@ def _padded(kinematics: Kinematics, shift: NDArray[np.float64], turn: float) -> 
         return np.concatenate([later_period(x[-1:], -1, shift, turn), x, later_period(x[:1], 1, shift, turn)])
 
     quat = kinematics.xquat
-    about = np.array([np.cos(turn / 2), 0.0, 0.0, np.sin(turn / 2)])
+    about = about_vertical(turn)
     back = about * [1.0, 1.0, 1.0, -1.0]
     quat = np.concatenate([multiply_quat(back, quat[-1:]), quat, multiply_quat(about, quat[:1])])
     return Kinematics(

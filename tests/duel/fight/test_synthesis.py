@@ -12,7 +12,7 @@ from simprep.duel.fight.stitch import Seam, StitchSettings, inertialise, plan_co
 from simprep.duel.fight.synthesis import Bout, SynthesisSettings, synthesise
 from simprep.duel.fight.time_warp import Warp, WarpSettings, fit_warp
 from simprep.duel.labels.labels import Label
-from simprep.duel.model.action_features import FloorFrame, action_features, turned
+from simprep.duel.model.action_features import FloorFrame, action_features
 from simprep.duel.model.structures import couple, link_actions
 from simprep.duel.model.tracks import pair_tracks
 from simprep.duel.model.transition_model import train
@@ -23,6 +23,7 @@ from simprep.errors import MotionError, SettingError
 from simprep.humanoid import UPPER_BODY_HINGES, humanoid_model, standing_qpos
 from simprep.metrics.contact import floor_penetration, foot_slip, stance_drift
 from simprep.motion.edit import yaw
+from simprep.motion.turns import turned
 
 SECONDS = 12.0
 UPPER = 7 + len(UPPER_BODY_HINGES)

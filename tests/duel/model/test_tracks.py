@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from simprep.duel.model.action_features import turned
 from simprep.duel.model.tracks import pair_tracks
 from simprep.duel.stream.stream import DuelStream, root_distance
 from simprep.library.registry import library_motion
 from simprep.motion.edit import at_origin, move
+from simprep.motion.turns import turned
 
 
 def test_tracks_of_two_who_face_each_other():

@@ -17,13 +17,13 @@ from simprep.duel.model.action_features import (
     fit_pose_basis,
     floor_frame,
     summarise,
-    turned,
 )
 from simprep.duel.model.semi_tied import DiagonalCovariance
 from simprep.duel.model.store import read_model, save_model
 from simprep.duel.model.structures import link_actions
 from simprep.duel.model.transition_model import TrainingSettings, train
 from simprep.errors import MotionError, MotionFileError, SettingError
+from simprep.motion.turns import turned
 
 
 @pytest.fixture(scope="module")
