@@ -34,8 +34,8 @@ from simprep.controller.runtime.performer import RuntimeSettings
 from simprep.controller.runtime.task import Task
 from simprep.controller.runtime.world import library_world
 from simprep.duel.fight.default_model import default_fight_model
+from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.modes import begin_fight
-from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.humanoid import standing_qpos
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics

@@ -27,7 +27,7 @@ from simprep.controller.spaces import ALPHA_LEVELS, ALPHA_STEP, AT_INFLUENCE, CO
 from simprep.controller.training import Training, run, start
 from simprep.controller.value_iteration import arrival_probability, backup, value_iteration
 from simprep.report.learning_curve import plot_learning_curve
-from simprep.report.record import provenance, write_json
+from simprep.report.results import provenance, save_json
 
 CORE_SETS = {
     "default": ControllerSettings().cores,
@@ -179,7 +179,7 @@ def main() -> None:
         "learning": learned, "learning_curve": [asdict(point) for point in training.curve], "random_starts": starts,
         "between_obstacles": between, "between_obstacles_by_distance": obstacles, "best_policies": arrivals,
     }  # fmt: skip
-    write_json(arguments.out / "study.json", content)
+    save_json(arguments.out / "study.json", content)
     plot_learning_curve(
         [point.steps for point in training.curve],
         [point.mean_return for point in training.curve],

@@ -19,10 +19,10 @@ from rich.console import Console
 from rich.progress import Progress
 
 from simprep.duel.fight.default_model import fight_model
+from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.modes import begin_fight
 from simprep.duel.fight.posture import optimise_fight_posture
-from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
 from simprep.metrics.evaluate import evaluate_run
@@ -32,7 +32,7 @@ from simprep.metrics.interaction.verdicts import judge
 from simprep.physics.pair_run import PairRun
 from simprep.physics.pair_store import save_pair_run
 from simprep.physics.pair_track import PairSettings, track_pair
-from simprep.report.record import provenance, write_json
+from simprep.report.results import provenance, save_json
 
 SCHEMA = "simprep.fight_physics_study/1"
 ARMS = ("plain", "optimised")
@@ -121,7 +121,7 @@ def case(fight: Fight, arm: str, seed: int, folder: Path, settings: PairSettings
     run = replace(run, contacts=judge(run.contacts, fight))
     save_pair_run(run, folder / f"{arm}_{seed:02d}.npz")
     content = {"case": key, "arm": arm, "seed": seed, "posture": posture, **numbers(run, fight)}
-    write_json(path, content)
+    save_json(path, content)
     return content
 
 
@@ -233,7 +233,7 @@ def main() -> int:
         "schema": SCHEMA, **provenance(sys.argv), "bouts": options.bouts, "seconds": options.seconds,
         "settings": asdict(settings), "summary": summaries, "cases": [one for cases in done.values() for one in cases],
     }  # fmt: skip
-    path = write_json(options.out / "fight_physics.json", content)
+    path = save_json(options.out / "fight_physics.json", content)
     text = markdown(summaries, options.seconds)
     with atomic_path(options.out / "fight_physics.md") as temporary:
         temporary.write_text(text, encoding="utf-8")

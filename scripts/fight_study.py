@@ -23,17 +23,17 @@ from simprep.duel.fight.baselines import IndependentChooser, RandomChooser
 from simprep.duel.fight.choice import Chooser, ModelChooser
 from simprep.duel.fight.default_model import model_analysis
 from simprep.duel.fight.drawing import DrawingChooser
+from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.passive import ReactingChooser, RecordedChooser
-from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.duel.fight.synthesis import Bout
 from simprep.duel.labels.labels import ASPECTS, ATTACKING_QUALIFIERS, QUALIFIERS, Label, decode
 from simprep.duel.model.fight_model import FightModel
 from simprep.duel.model.held_out import held_out_actions, learn_before, split_frame
 from simprep.duel.model.structures import REQUESTS
 from simprep.duel.stream.stream import DuelStream, facing_error
-from simprep.duel.synthetic.bout import make_example
 from simprep.duel.synthetic.kinds import KIND_OF, attacks, context_of
+from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import preset
 from simprep.duel.synthetic.truth import Truth
 from simprep.files import atomic_path
@@ -43,7 +43,7 @@ from simprep.metrics.interaction.stream import interaction_metrics
 from simprep.motion.edit import yaw
 from simprep.motion.turns import turned
 from simprep.report.duel.tables import markdown_table
-from simprep.report.record import provenance, write_json
+from simprep.report.results import provenance, save_json
 
 IntArray = NDArray[np.int64]
 FloatArray = NDArray[np.float64]
@@ -94,7 +94,7 @@ class Setup:
 
 def set_up(name: str, seed: int) -> Setup:
     """Make the stream, analyse it, learn from two thirds."""
-    example = make_example(preset(name), seed)
+    example = make_synthetic(preset(name), seed)
     found = analyse(example.stream, np.random.default_rng(seed), truth=example.truth, settings=model_analysis())
     whole = FightModel(found.model, example.stream)
     model = learn_before(whole, split_frame(whole))
@@ -465,7 +465,7 @@ def main() -> None:
     for part in given.parts:
         study[part] = PARTS[part](setup, given.bouts, given.seconds, tell)
     given.out.mkdir(parents=True, exist_ok=True)
-    write_json(given.out / "study.json", study)
+    save_json(given.out / "study.json", study)
     with atomic_path(given.out / "study.md") as temporary:
         temporary.write_text(report(study, content["command"]), encoding="utf-8")
     print(given.out / "study.md")

@@ -36,7 +36,7 @@ from simprep.controller.value_iteration import (
     value_iteration,
 )
 from simprep.files import atomic_path
-from simprep.report.record import provenance, write_json
+from simprep.report.results import provenance, save_json
 
 SETTINGS = ControllerSettings()
 LEAST_TRIED = 1e6  # so large a confidence makes the number of updates decide
@@ -222,7 +222,7 @@ def main() -> None:
         "command": " ".join(["python", "scripts/learning_study.py", *sys.argv[1:]]),
         "soft_optimum": soft_optimum(LearningSettings().explore), "standing_cost": standing_cost(), "trainings": rows,
     }  # fmt: skip
-    write_json(arguments.out / "learning.json", content)
+    save_json(arguments.out / "learning.json", content)
     with atomic_path(arguments.out / "learning.md") as temporary:
         temporary.write_text(markdown(rows, arguments.millions, content), encoding="utf-8")
     print(f"written: {arguments.out / 'learning.json'}, {arguments.out / 'learning.md'}")

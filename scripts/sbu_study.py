@@ -14,7 +14,7 @@ import numpy as np
 
 from sbu.interactions import ATTACKS, SbuPairs, acting_found, classify_acting, read_sbu, strikes
 from sbu.strikes import reach
-from simprep.report.record import provenance, write_json
+from simprep.report.results import provenance, save_json
 
 # Who attacks, told by eye from stick figures of six moments of each clip before any rule was tried.
 # ?: the arms were not tracked.
@@ -127,7 +127,7 @@ def main() -> None:
             print(f"{kind:6s} {key:18s}", np.round(value, 2))
     if arguments.out:
         command = f"python scripts/sbu_study.py {' '.join(sys.argv[1:])}"
-        write_json(
+        save_json(
             arguments.out, {"schema": "simprep.sbu-study/1", **provenance(sys.argv[1:]), "command": command, **result}
         )
 

@@ -26,7 +26,7 @@ from simprep.motion.edit import cut
 from simprep.motion.motion import Motion
 from simprep.motion.store import read_motion, save_motion
 from simprep.physics.track import track
-from simprep.report.record import write_json
+from simprep.report.results import save_json
 from simprep.scene import Obstacle
 
 ARMS = ("none", "blended", "optimised")
@@ -131,7 +131,7 @@ def run_cases(
             if not worlds:
                 worlds = build_worlds(experiment, policy)
             known = run_case(experiment, key, worlds[key.arm], folder)
-            write_json(path, known)
+            save_json(path, known)
         results.append(known)
     if progress:
         progress("done", len(keys), len(keys))

@@ -24,7 +24,7 @@ from simprep.metrics.paired import paired_differences
 from simprep.report.approach_figure import plot_approach
 from simprep.report.film_strip import Row, StripSettings, save_film_strip
 from simprep.report.gl import NoGlError
-from simprep.report.record import provenance, write_json
+from simprep.report.results import provenance, save_json
 from simprep.scene import Obstacle, SceneSettings
 
 SCHEMA = "simprep.experiment/1"
@@ -184,7 +184,7 @@ def main(experiment: Experiment, description: str) -> int:
         "cases": cases,
         "files": [path.name for path in files],
     }
-    path = write_json(options.out / "metrics.json", content)
+    path = save_json(options.out / "metrics.json", content)
     for table in tables(summary):
         Console(width=150).print(table)
     print(f"written: {path}")

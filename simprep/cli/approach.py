@@ -74,17 +74,17 @@ class Approach:
         goal = parse_point(self.goal, "--goal")
         sources = parse_influences(self.influence or (self.goal,), self.target)
 
-        from simprep.controller.policy import load_policy
+        from simprep.controller.policy import read_policy
         from simprep.controller.runtime.approach import approach
         from simprep.controller.runtime.performer import RuntimeSettings
         from simprep.controller.runtime.task import Task
         from simprep.controller.runtime.world import library_world
         from simprep.metrics.evaluate import evaluate_motion
         from simprep.motion.store import save_motion
-        from simprep.report.record import provenance, write_json
+        from simprep.report.results import provenance, save_json
 
         names = [self.target, *(name for source in sources for name in source.targets)]
-        policy = None if self.policy is None else load_policy(self.policy)
+        policy = None if self.policy is None else read_policy(self.policy)
         world = library_world(names, RuntimeSettings(optimise=not self.no_optimise), policy, not self.no_prepare)
         task = Task(goal, self.target, tuple(sources))
         result = approach(world, [task])
@@ -118,7 +118,7 @@ class Approach:
         content["warnings"] = output.warnings
         files.append(self.out / "metrics.json")
         content["files"] = [path.name for path in files]
-        write_json(self.out / "metrics.json", content)
+        save_json(self.out / "metrics.json", content)
         where = "not reached" if result.time_s is None else f"reached after {result.time_s:.2f} s"
         output.say(f"goal {where}, {len(result.actions)} actions; launch at {content['launch_s']} s")
         at = (

@@ -73,7 +73,7 @@ class Track:
         from simprep.metrics.evaluate import evaluate_run
         from simprep.physics.store import save_run
         from simprep.physics.track import track
-        from simprep.report.record import provenance, write_json
+        from simprep.report.results import provenance, save_json
 
         folder = self.out or Path("results") / "track" / f"{motion.name}_{self.controller}"
         with output.progress() as bar:
@@ -108,7 +108,7 @@ class Track:
         files.append(folder / "metrics.json")
         content["warnings"] = output.warnings
         content["files"] = [path.name for path in files]
-        write_json(folder / "metrics.json", content)
+        save_json(folder / "metrics.json", content)
         output.say(f"{motion.name} with {run.controller}: {run.end} at {run.end_s:.2f} s ({run.end_reason})")
         output.say(_table(content))
         output.say(f"written: {', '.join(map(str, files))}")

@@ -69,7 +69,7 @@ class Train:
         from simprep.controller.assess import assess, random_approaches
         from simprep.controller.policy import save_policy
         from simprep.errors import SettingError
-        from simprep.report.record import provenance, write_json
+        from simprep.report.results import provenance, save_json
 
         if not 1 <= self.starts <= 1_000_000:
             raise SettingError(f"--starts {self.starts}; valid: 1 to 1000000")
@@ -95,7 +95,7 @@ class Train:
         content["warnings"] = output.warnings
         files.append(self.out / "metrics.json")
         content["files"] = [path.name for path in files]
-        write_json(self.out / "metrics.json", content)
+        save_json(self.out / "metrics.json", content)
         _say(output, content)
         output.say(f"written: {', '.join(map(str, files))}")
         return content

@@ -24,7 +24,7 @@ class GraphFileError(SimprepError):
         super().__init__(f"{path}: {message}")
 
 
-def graph_record(graph: MotionGraph) -> dict[str, Any]:
+def graph_content(graph: MotionGraph) -> dict[str, Any]:
     """The graph in JSON's types, with schema and versions."""
     return {
         "schema": SCHEMA,
@@ -45,11 +45,11 @@ def save_graph(graph: MotionGraph, path: str | Path) -> Path:
         path: the file.
     """
     with atomic_path(path) as temporary:
-        temporary.write_text(json.dumps(graph_record(graph), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        temporary.write_text(json.dumps(graph_content(graph), indent=1, allow_nan=False) + "\n", encoding="utf-8")
     return Path(path)
 
 
-def load_graph(path: str | Path) -> MotionGraph:
+def read_graph(path: str | Path) -> MotionGraph:
     """Read a graph written by `save_graph`.
 
     Args:

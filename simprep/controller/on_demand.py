@@ -3,7 +3,7 @@
 import contextlib
 
 from simprep.controller.best import measure
-from simprep.controller.policy import Policy, load_policy, save_policy
+from simprep.controller.policy import Policy, read_policy, save_policy
 from simprep.controller.settings import ControllerSettings, LearningSettings
 from simprep.controller.training import learning_key, problem_key, run, start
 from simprep.errors import MotionFileError
@@ -27,7 +27,7 @@ def trained_policy(settings: ControllerSettings | None = None, learning: Learnin
     table = measure(settings)
     path = cache_folder() / "policies" / f"{problem_key(table, settings)}-{learning_key(learning)}.npz"
     with contextlib.suppress(MotionFileError):
-        known = load_policy(path)
+        known = read_policy(path)
         return Policy(known.actions, table, settings, known.origin)
     policy = run(start(table, settings, learning))
     with contextlib.suppress(OSError):

@@ -90,7 +90,7 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
     return write_archive(path, header, {"actions": policy.actions, "displacement": policy.table.path})
 
 
-def load_policy(path: str | Path) -> Policy:
+def read_policy(path: str | Path) -> Policy:
     """Read a policy written by `save_policy`.
 
     Args:

@@ -1,6 +1,6 @@
 """From a stream to a model: segmentation, labels, structures, transition model and its evaluation, in one go.
 
-Where the truth of an example stream is known, a tenth of the actions counts as annotated by a person who follows the
+Where the truth of a synthetic stream is known, a tenth of the actions counts as annotated by a person who follows the
 proposals, and every stage is compared with the truth.
 """
 
@@ -97,7 +97,7 @@ def analyse(
         stream: two people.
         rng: chooses what is annotated from the truth, folds and splits.
         annotate: gives a person's annotations of the table of actions; None: the truth annotates.
-        truth: of an example stream; every stage is then compared with it.
+        truth: of a synthetic stream; every stage is then compared with it.
         cuts: that a person has edited; None: those found.
         settings: None for the defaults.
         progress: called with the name of each stage (`STAGES`) as it begins.
@@ -206,7 +206,7 @@ def compare_with_truth(
     }
     player, start, end, clip = truth.table.T
     graph = couple(link_actions(player, start, end, truth.codes, clip))
-    tables = evaluate_labels(graph, rng, splits, truth.policies)
+    tables = evaluate_labels(graph, rng, splits, truth.generators)
     ceiling = tables["label_logprob"]["truth"]
     return {
         "cut_f1": found,

@@ -17,8 +17,8 @@ from simprep.humanoid import BODIES, LEG_JOINTS, N_QPOS, SIDES, hinge_index
 from simprep.library.entry import FPS, Entry
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import SIGNS, arm_angles, leg_angles, limb_lengths
+from simprep.library.parts.movement import degrees_curve
 from simprep.library.parts.posture import RELAXED, Pose, key_poses
-from simprep.library.parts.target import degrees_curve
 from simprep.library.parts.whole_body import check_limits
 from simprep.library.stand import CENTRE_M
 from simprep.motion.curves import key_curve, minimum_jerk

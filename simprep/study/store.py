@@ -4,13 +4,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from simprep.report.record import provenance, write_json
+from simprep.report.results import provenance, save_json
 from simprep.study.compare import (
     WITH,
     WITHOUT,
-    case_records,
+    case_rows,
     largest_assist,
-    motion_records,
+    motion_rows,
     paired_before_physics,
     paired_by_controller,
 )
@@ -20,7 +20,7 @@ from simprep.study.validate import Study
 SCHEMA = "simprep.validate/1"
 
 
-def study_record(study: Study) -> dict[str, Any]:
+def study_content(study: Study) -> dict[str, Any]:
     """The study's numbers.
 
     Args:
@@ -30,7 +30,7 @@ def study_record(study: Study) -> dict[str, Any]:
         `complete`, `wall_s`, `cases` (one flat mapping each), `paired`, `paired_before_physics`, `motions` (before physics),
         `assist` (largest over all cases).
     """
-    cases = case_records(study)
+    cases = case_rows(study)
     force_n, torque_nm = largest_assist(cases)
     return {
         "complete": study.complete,
@@ -38,12 +38,12 @@ def study_record(study: Study) -> dict[str, Any]:
         "cases": cases,
         "paired": paired_by_controller(study),
         "paired_before_physics": paired_before_physics(study),
-        "motions": motion_records(study),
+        "motions": motion_rows(study),
         "assist": {"force_n": force_n, "torque_nm": torque_nm},
     }
 
 
-def plan_record(plan: StudyPlan, arguments: Sequence[str]) -> dict[str, Any]:
+def plan_content(plan: StudyPlan, arguments: Sequence[str]) -> dict[str, Any]:
     """What was to be run, with what is needed to repeat it.
 
     Args:
@@ -73,10 +73,10 @@ def mark_unfinished(plan: StudyPlan, folder: Path, arguments: Sequence[str]) -> 
         folder: where results go.
         arguments: the command line after `simprep`.
     """
-    return write_json(folder / "metrics.json", {**plan_record(plan, arguments), "complete": False, "cases": []})
+    return save_json(folder / "metrics.json", {**plan_content(plan, arguments), "complete": False, "cases": []})
 
 
-def write_study(
+def save_study(
     study: Study, folder: Path, arguments: Sequence[str], files: Sequence[Path], warnings: Sequence[str] = ()
 ) -> Path:
     """Write metrics.json; last of all files, since it says whether the study is complete.
@@ -88,7 +88,7 @@ def write_study(
         files: what else was written there.
         warnings: what was said about the motions and pictures.
     """
-    record = {**plan_record(study.plan, arguments), **study_record(study)}
+    record = {**plan_content(study.plan, arguments), **study_content(study)}
     record["warnings"] = list(warnings)
     record["files"] = sorted(str(path.relative_to(folder)) for path in files)
-    return write_json(folder / "metrics.json", record)
+    return save_json(folder / "metrics.json", record)

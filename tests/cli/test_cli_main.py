@@ -44,6 +44,12 @@ def test_help_is_light_and_fast():
     assert min(times) < 1.0
 
 
+@pytest.mark.parametrize(("former", "present"), [("analyze", "analyse"), ("example", "synthetic")])
+def test_subcommands_answer_to_their_former_names(former, present, capsys):
+    assert main(["duel", former, "--help"]) == 0
+    assert f"simprep duel {present}" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("command", COMMANDS)
 def test_every_command_explains_itself_with_an_example(command, capsys):
     assert main([command, "--help"]) == 0

@@ -14,7 +14,7 @@ from simprep.duel.model.structures import couple, link_actions
 from simprep.duel.model.tracks import pair_tracks
 from simprep.duel.model.transition_model import train
 from simprep.duel.stream.store import read_stream
-from simprep.duel.synthetic.bout import make_example
+from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import PRESETS
 from simprep.physics.pair_store import read_pair_run
 
@@ -27,7 +27,7 @@ PHYSICS = ("s_per_s", "falls_per_min", "mpjpe_mm", "foot_slip_ratio", "assist_n"
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
-    example = make_example(replace(PRESETS["kickboxing"], clips=3, clip_s=30.0), seed=5)
+    example = make_synthetic(replace(PRESETS["kickboxing"], clips=3, clip_s=30.0), seed=5)
     player, start, end, clip = example.truth.table.T
     graph = couple(link_actions(player, start, end, example.truth.codes, clip))
     folder = tmp_path_factory.mktemp("model")

@@ -6,7 +6,7 @@ import pytest
 
 from simprep.controller.cores import core_motions
 from simprep.controller.graph import GraphSettings, build_graph, pair_distances
-from simprep.controller.graph_store import GraphFileError, check_motions, load_graph, save_graph
+from simprep.controller.graph_store import GraphFileError, check_motions, read_graph, save_graph
 from simprep.controller.settings import ControllerSettings
 from simprep.errors import MotionError, SettingError, UnknownNameError
 from simprep.library import library_motion
@@ -82,7 +82,7 @@ def test_a_saved_graph_comes_back_and_the_bytes_repeat(graph, motions, tmp_path)
     again = build_graph(core_motions(ControllerSettings()), map(library_motion, TARGETS))
     second = save_graph(again, tmp_path / "b.json")
     assert first.read_bytes() == second.read_bytes()
-    assert load_graph(first) == graph
+    assert read_graph(first) == graph
     check_motions(graph, motions)
 
 
@@ -109,16 +109,16 @@ def test_a_damaged_file_is_refused(graph, tmp_path, change, message):
     path = save_graph(graph, tmp_path / "graph.json")
     path.write_text(json.dumps(change(json.loads(path.read_text()))))
     with pytest.raises(GraphFileError, match=message) as caught:
-        load_graph(path)
+        read_graph(path)
     assert str(path) in str(caught.value)
 
 
 def test_no_file_and_no_json(tmp_path):
     with pytest.raises(GraphFileError, match="no such file"):
-        load_graph(tmp_path / "none.json")
+        read_graph(tmp_path / "none.json")
     (tmp_path / "x.json").write_text("{")
     with pytest.raises(GraphFileError, match="not a readable JSON file"):
-        load_graph(tmp_path / "x.json")
+        read_graph(tmp_path / "x.json")
 
 
 def test_motions_other_than_the_graphs_are_refused(graph, motions):

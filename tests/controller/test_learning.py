@@ -11,7 +11,7 @@ import pytest
 from simprep.controller.assess import assess, random_approaches
 from simprep.controller.best import measure
 from simprep.controller.model import ENTERED, REACHED, build_model, choices, influence_outcomes
-from simprep.controller.policy import Policy, load_policy, save_policy
+from simprep.controller.policy import Policy, read_policy, save_policy
 from simprep.controller.rollout import Starts, greedy, roll_out
 from simprep.controller.runtime.approach import near_obstacles
 from simprep.controller.sarsa import greedy_actions, learn, new_learner
@@ -251,12 +251,12 @@ def test_stop_rule_ends_training_before_its_steps(table):
 
 def test_saved_policy_comes_back(table, best, tmp_path):
     policy = Policy(best[1], table, SETTINGS, {"method": "value iteration"})
-    back = load_policy(save_policy(policy, tmp_path / "policy"))
+    back = read_policy(save_policy(policy, tmp_path / "policy"))
     assert (back.actions == policy.actions).all()
     assert back.settings == SETTINGS
     assert back.table.path.tobytes() == table.path.tobytes()
     (tmp_path / "bad.npz").write_bytes(b"no zip")
-    for read in (load_policy, load_training):
+    for read in (read_policy, load_training):
         with pytest.raises(MotionFileError, match=r"bad\.npz: not a readable"):
             read(tmp_path / "bad.npz")
         with pytest.raises(MotionFileError, match="no such file"):

@@ -29,6 +29,6 @@ def test_the_rotation_between_turns_one_into_the_other():
 def test_fades_start_and_end_as_they_say():
     h, ends = 1e-6, np.array([0.0, 1.0])
     np.testing.assert_allclose(dying_away(ends, 2.0, -3.0), [2.0, 0.0], atol=1e-15)
-    slope = (dying_away(ends + [h, 0], 2.0, -3.0) - dying_away(ends - [0, h], 2.0, -3.0)) / h
+    slope = (dying_away(ends + np.array([h, 0]), 2.0, -3.0) - dying_away(ends - np.array([0, h]), 2.0, -3.0)) / h
     np.testing.assert_allclose(slope, [-3.0, 0.0], atol=2e-5)
     assert smooth_step(np.array([0.0, 0.5, 1.0])).tolist() == [0.0, 0.5, 1.0]

@@ -17,7 +17,7 @@ from experiments.cases import (
 from experiments.report import summarise
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.task import Task
-from simprep.report.record import write_json
+from simprep.report.results import save_json
 
 
 def draw(rng, targets):
@@ -87,6 +87,6 @@ def test_finished_cases_are_not_run_again(tmp_path, monkeypatch):
     assert len(run_cases(SMALL, 2, tmp_path)) == 6
     assert ran == [f"seed000_{arm}" for arm in ARMS] + ["seed000_optimised"] + [f"seed001_{arm}" for arm in ARMS]
     other = replace(SMALL, name="other")  # a result of another experiment is none of this one's
-    write_json(tmp_path / "cases" / f"{CaseKey(0, 'none').slug}.json", {"schema": module.CASE_SCHEMA})
+    save_json(tmp_path / "cases" / f"{CaseKey(0, 'none').slug}.json", {"schema": module.CASE_SCHEMA})
     assert len(run_cases(other, 1, tmp_path)) == 3
     assert ran[-3:] == [f"seed000_{arm}" for arm in ARMS]

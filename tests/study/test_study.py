@@ -76,7 +76,7 @@ def test_a_plan_runs_every_combination_and_deterministic_controllers_once():
     cases = plan.cases()
     assert len(cases) == len(set(cases)) == 2 * 2 * 4 * (1 + 3)
     assert {case.seed for case in cases if case.controller == "pd"} == {0}
-    assert {case.scenario.arm for case in cases[:4]} == set(ARMS)  # arms side by side, so a short study compares
+    assert {case.condition.arm for case in cases[:4]} == set(ARMS)  # arms side by side, so a short study compares
     with pytest.raises(UnknownNameError, match="valid: none, traditional"):
         replace(plan, arms=("magic",))
     with pytest.raises(SettingError, match=r"alpha 1\.2"):

@@ -6,8 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.controller.runtime.performer import Character
-from simprep.controller.runtime.task import ActionRecord, Leg, Task, World
+from simprep.controller.runtime.performer import Performer
+from simprep.controller.runtime.task import ActionRecord, Pursuit, Task, World
 from simprep.controller.spaces import SETTLES_S
 from simprep.errors import MotionError, SettingError
 from simprep.motion.edit import cut
@@ -91,29 +91,29 @@ def approach(
     if not tasks:
         raise SettingError("an approach without a task; valid: at least one")
     whole: Motion | None = None
-    parts: list[Leg] = []
+    parts: list[Pursuit] = []
     level = np.empty(0)
     actions: list[ActionRecord] = []
     launches: list[int] = []
     begin = 0
     for number, task in enumerate(tasks):
         if whole is None:
-            character = Character(world.cores, world.settings, node, frame, place)
+            performer = Performer(world.cores, world.settings, node, frame, place)
         else:
             last = tasks[number - 1].target
-            begin, character = _leave(world, whole, launches[-1] if launches else 0, last, actions[-1].node)
-        leg = Leg(world, task, character, begin / world.graph.settings.fps)
-        leg.go()
-        parts.append(leg)
-        actions += [replace(action, frame=action.frame + begin) for action in leg.actions]
-        motion, at = leg.launched()
+            begin, performer = _leave(world, whole, launches[-1] if launches else 0, last, actions[-1].node)
+        pursuit = Pursuit(world, task, performer, begin / world.graph.settings.fps)
+        pursuit.go()
+        parts.append(pursuit)
+        actions += [replace(action, frame=action.frame + begin) for action in pursuit.actions]
+        motion, at = pursuit.launched()
         own = np.full(len(motion), np.nan)
         until = len(motion) if at is None else at
-        own[:until] = leg.character.level[:until]
+        own[:until] = pursuit.performer.level[:until]
         whole, level = _append(whole, level, begin, motion, own, number)
         if at is not None:
             launches.append(begin + at)
-        if not leg.reached:
+        if not pursuit.reached:
             break
     assert whole is not None
     done = len(parts) == len(tasks) and parts[-1].reached
@@ -128,17 +128,17 @@ def approach(
         launches=tuple(launches),
         alpha_at_influence=_alpha_at_influence(parts, level, launches, fps),
         max_alpha_jump=max((action.jump for action in actions), default=0.0),
-        frames=sum(len(leg.character) for leg in parts),
-        synthesis_s=sum(leg.character.synthesis_s for leg in parts),
-        policy_s=sum(leg.policy_s for leg in parts),
+        frames=sum(len(pursuit.performer) for pursuit in parts),
+        synthesis_s=sum(pursuit.performer.synthesis_s for pursuit in parts),
+        policy_s=sum(pursuit.policy_s for pursuit in parts),
     )
 
 
-def _alpha_at_influence(legs: Sequence[Leg], level: Array, launches: Sequence[int], fps: float) -> float | None:
-    first = legs[0]
+def _alpha_at_influence(pursuits: Sequence[Pursuit], level: Array, launches: Sequence[int], fps: float) -> float | None:
+    first = pursuits[0]
     if first.met_frame is None:
         return None
-    last = launches[0] - 1 if launches else len(first.character) - 1
+    last = launches[0] - 1 if launches else len(first.performer) - 1
     return float(level[min(first.met_frame + round(SETTLES_S * fps), last)])
 
 
@@ -152,7 +152,7 @@ def near_obstacles(first: Sequence[float], second: Sequence[float]) -> float:
     return KEPT if float(np.hypot(second[0] - first[0], second[1] - first[1])) < NEAR_M else 0.0
 
 
-def _leave(world: World, whole: Motion, launched: int, target: str | None, node: str) -> tuple[int, Character]:
+def _leave(world: World, whole: Motion, launched: int, target: str | None, node: str) -> tuple[int, Performer]:
     """Frame at which the last target is left, and a character that goes on from there."""
     if target is None:
         exit_frame, entry = len(whole) - 1, 0
@@ -171,7 +171,7 @@ def _leave(world: World, whole: Motion, launched: int, target: str | None, node:
     style = Style(pose, np.maximum(soles, 0.0), whole.contacts[exit_frame])
     place = (float(pose[0]), float(pose[1]), heading)
     level = 1.0 if world.prepare else 0.0
-    return exit_frame, Character(world.cores, world.settings, node, entry, place, level, style)
+    return exit_frame, Performer(world.cores, world.settings, node, entry, place, level, style)
 
 
 def _append(

@@ -56,7 +56,7 @@ class RuntimeSettings:
                 raise SettingError(f"run time: {name} {getattr(self, name)} s; valid: above 0")
 
 
-class Character:
+class Performer:
     """One character; `act` makes the frames of one action.
 
     Args:

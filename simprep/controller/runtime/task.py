@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from simprep.controller.graph import MotionGraph
 from simprep.controller.influence import Influence, contact_weights, mixed_style, style_of, time_to_contact
 from simprep.controller.runtime.locomotion import CoreNodes
-from simprep.controller.runtime.performer import Character, RuntimeSettings
+from simprep.controller.runtime.performer import Performer, RuntimeSettings
 from simprep.controller.spaces import REACH_M, SETTLES_S, Action, Observation, observe
 from simprep.errors import MotionError, SettingError
 from simprep.motion.edit import resample
@@ -128,7 +128,7 @@ class World:
         return style_of(self.target(name), self.settings.preparation)
 
 
-class Leg:
+class Pursuit:
     """One task: the approach, and the launch.
 
     Args:
@@ -138,8 +138,8 @@ class Leg:
         time: at which it begins [s]; sources of influence may move.
     """
 
-    def __init__(self, world: World, task: Task, character: Character, time: float) -> None:
-        self.world, self.task, self.character, self.time = world, task, character, time
+    def __init__(self, world: World, task: Task, performer: Performer, time: float) -> None:
+        self.world, self.task, self.performer, self.time = world, task, performer, time
         self.fps = world.graph.settings.fps
         self.actions: list[ActionRecord] = []
         self._met: set[int] = set()
@@ -149,8 +149,8 @@ class Leg:
         self.policy_s = 0.0
         names = dict.fromkeys(name for influence in task.influences for name in influence.targets)
         self._styles = {name: world.style(name) for name in names}
-        self._neutral = world.style(task.target) if task.target else character_style(character)
-        self._before = np.array(character.place[:2])
+        self._neutral = world.style(task.target) if task.target else style_of_performer(performer)
+        self._before = np.array(performer.place[:2])
 
     @property
     def reached(self) -> bool:
@@ -162,20 +162,20 @@ class Leg:
         while self.reach_frame is None and len(self.actions) < self.world.max_actions:
             self._act()
         if self.reached:  # frames among which the launch is chosen
-            settle = 2 if self.world.prepare and self.character.command > 0 else 1
+            settle = 2 if self.world.prepare and self.performer.command > 0 else 1
             for _ in range(settle):
                 self._hold()
 
     def launched(self) -> tuple[Motion, int | None]:
         """The motion with its target, and the frame of the launch; without a target, or where the goal was not reached, None."""
-        motion = self.character.motion()
-        rise = np.flatnonzero(self.character.level > 0)
+        motion = self.performer.motion()
+        rise = np.flatnonzero(self.performer.level > 0)
         events = {RISE_EVENT: int(rise[0])} if len(rise) else {}
         if self.reach_frame is None or self.task.target is None:
             return replace(motion, events=events), None
         target = self.world.target(self.task.target)
-        if not self.world.graph.between(self.character.node, target.name, "prepared"):
-            raise MotionError(f"the motion graph has no transition from {self.character.node} into {target.name}")
+        if not self.world.graph.between(self.performer.node, target.name, "prepared"):
+            raise MotionError(f"the motion graph has no transition from {self.performer.node} into {target.name}")
         reference = reference_posture(target, self.world.settings.preparation)
         first = self._settled()
         # unprepared, half a cycle holds a frame with the right feet on the floor; prepared, any frame is alike
@@ -189,26 +189,26 @@ class Leg:
     def _settled(self) -> int:
         """First frame from reaching the goal on in which the filter has settled."""
         assert self.reach_frame is not None
-        settled = np.abs(self.character.level - self.character.command) < _SETTLED
+        settled = np.abs(self.performer.level - self.performer.command) < _SETTLED
         settled[: self.reach_frame] = False
         found = np.flatnonzero(settled)
-        return min(int(found[0]) if len(found) else self.reach_frame, len(self.character) - 3)
+        return min(int(found[0]) if len(found) else self.reach_frame, len(self.performer) - 3)
 
     def _act(self) -> None:
         begun = process_time()
-        character, task, world = self.character, self.task, self.world
-        frames, now = world.action_frames, self.time + len(character) / self.fps
-        position, heading = np.array(character.place[:2]), character.place[2]
+        performer, task, world = self.performer, self.task, self.world
+        frames, now = world.action_frames, self.time + len(performer) / self.fps
+        position, heading = np.array(performer.place[:2]), performer.place[2]
         weights, nearest = self._weigh(position, now)
         place = self._contact(nearest, position, now) if world.prepare and nearest is not None else None
-        index = world.cores.names.index(character.node)
-        before = character.command
+        index = world.cores.names.index(performer.node)
+        before = performer.command
         goal = self._contact(0, position, now) if task.meet else np.asarray(task.goal)
         seen = observe(position, heading, goal, place, before, index)
         action = world.policy.act(seen)
-        character.turn_to(world.cores.names[action.node], frames)
+        performer.turn_to(world.cores.names[action.node], frames)
         alpha = max(action.alpha, task.keep) if world.prepare else 0.0
-        if len(character) < self._held_until:
+        if len(performer) < self._held_until:
             alpha = 1.0
         commands = np.full(frames, alpha)
         forced = False
@@ -216,38 +216,38 @@ class Leg:
         style, share = self._style(weights, nearest)
         self.policy_s += process_time() - begun
         begun = process_time()
-        path = character.path(commands, share)[:, :2]
+        path = performer.path(commands, share)[:, :2]
         if nearest is not None and nearest not in self._met:
             near = np.linalg.norm(path - task.influences[nearest].at(times), axis=1) < REACH_M
             if near.any():
                 self._met.add(nearest)
                 if self.met_frame is None:
-                    self.met_frame = len(character) + int(near.argmax())
+                    self.met_frame = len(performer) + int(near.argmax())
                 forced = world.prepare
                 if forced:
                     commands[int(near.argmax()) :] = 1.0
-                    self._held_until = len(character) + int(near.argmax()) + round(SETTLES_S * self.fps)
-                    path = character.path(commands, share)[:, :2]
+                    self._held_until = len(performer) + int(near.argmax()) + round(SETTLES_S * self.fps)
+                    path = performer.path(commands, share)[:, :2]
                 if task.meet and nearest == 0:
-                    self.reach_frame = len(character) + int(near.argmax())
+                    self.reach_frame = len(performer) + int(near.argmax())
         at_goal = np.linalg.norm(path - goal, axis=1) < REACH_M
         if at_goal.any() and not task.meet:
-            self.reach_frame = len(character) + int(at_goal.argmax())
+            self.reach_frame = len(performer) + int(at_goal.argmax())
         jump = float(np.abs(np.diff(np.concatenate([[before], commands]))).max())
         self.policy_s += process_time() - begun
         record = ActionRecord(
-            len(character), character.node, alpha, forced, jump, seen.goal_distance, seen, tuple(weights.tolist())
+            len(performer), performer.node, alpha, forced, jump, seen.goal_distance, seen, tuple(weights.tolist())
         )
         self.actions.append(record)
         self._before = position
-        character.act(commands, style, share)
+        performer.act(commands, style, share)
 
     def _hold(self) -> None:
         """One more action at the level reached."""
-        now = self.time + len(self.character) / self.fps
-        weights, nearest = self._weigh(np.array(self.character.place[:2]), now)
+        now = self.time + len(self.performer) / self.fps
+        weights, nearest = self._weigh(np.array(self.performer.place[:2]), now)
         style, share = self._style(weights, nearest)
-        self.character.act(np.full(self.world.action_frames, self.character.command), style, share)
+        self.performer.act(np.full(self.world.action_frames, self.performer.command), style, share)
 
     def _weigh(self, position: Array, now: float) -> tuple[Array, int | None]:
         """Weights of the sources of influence by time to contact, and the one that comes first."""
@@ -287,7 +287,7 @@ class Leg:
         return mixed, min(1.0, total)
 
 
-def character_style(character: Character) -> Style:
+def style_of_performer(performer: Performer) -> Style:
     """The posture in which a character begins, as a style."""
-    source = character.stream.window(0, 1)
+    source = performer.stream.window(0, 1)
     return Style(source.qpos[0], np.zeros(2), source.contacts[0])

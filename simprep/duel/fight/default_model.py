@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from simprep.duel.model.fight_model import FightModel, read_fight_model, save_fight_model
-from simprep.duel.synthetic.presets import ExampleSettings, preset
+from simprep.duel.synthetic.presets import SyntheticSettings, preset
 from simprep.errors import MotionFileError
 from simprep.library.cache import PACKAGES, SOURCES, cache_folder, code_key, drop_old_versions, edited_since_import
 
@@ -28,7 +28,7 @@ def fight_model(path: str | Path | None = None, progress: Progress | None = None
     """The model to fight with.
 
     Args:
-        path: a folder that `simprep duel analyze` wrote, or the model in it; None: the built-in kickboxing stream's.
+        path: a folder that `simprep duel analyse` wrote, or the model in it; None: the built-in kickboxing stream's.
         progress: see `Progress`; nothing is said of a model that is only read.
 
     Raises:
@@ -37,7 +37,7 @@ def fight_model(path: str | Path | None = None, progress: Progress | None = None
     return default_fight_model(progress) if path is None else read_fight_model(path)
 
 
-def default_fight_model(progress: Progress | None = None, settings: ExampleSettings | None = None) -> FightModel:
+def default_fight_model(progress: Progress | None = None, settings: SyntheticSettings | None = None) -> FightModel:
     """The built-in stream's model: from the cache, or made (about a minute) and put there.
 
     A tenth of the actions is annotated from the stream's truth, those that `simprep duel label` would ask for. A
@@ -73,13 +73,13 @@ def model_analysis() -> "AnalysisSettings":
     return AnalysisSettings(proposed=True, evaluation=least)
 
 
-def _made(settings: ExampleSettings, progress: Progress | None) -> FightModel:
+def _made(settings: SyntheticSettings, progress: Progress | None) -> FightModel:
     from simprep.duel.analysis import STAGES, analyse
-    from simprep.duel.synthetic.bout import make_example
+    from simprep.duel.synthetic.make import make_synthetic
 
     say: Progress = progress or (lambda what, share: None)
     say("built-in stream", 0.0)
-    example = make_example(settings, SEED, lambda done, count: say("built-in stream", done / count))
+    example = make_synthetic(settings, SEED, lambda done, count: say("built-in stream", done / count))
     found = analyse(
         example.stream,
         np.random.default_rng(SEED),

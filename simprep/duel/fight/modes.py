@@ -17,9 +17,9 @@ from simprep.duel.fight.alertness import Alertness, run
 from simprep.duel.fight.avatar import Avatar
 from simprep.duel.fight.choice import Chooser
 from simprep.duel.fight.drawing import DrawingChooser
+from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.passive import ReactingChooser, RecordedChooser
-from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.duel.fight.requests import Request
 from simprep.duel.fight.synthesis import Bout
 from simprep.duel.model.fight_model import FightModel

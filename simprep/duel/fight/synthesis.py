@@ -21,10 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.duel.fight.choice import Choice, Chooser, Situation
+from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.fight import NONE, Fight, FightAction
 from simprep.duel.fight.fighter_track import FighterTrack, Performed
 from simprep.duel.fight.placement import Aim, place
-from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.duel.fight.stitch import Seam, StitchSettings, plant, stitch
 from simprep.duel.fight.time_warp import Warp, WarpSettings, fit_warp
 from simprep.duel.model.action_features import ActionSummaries, FloorFrame, action_parameters, floor_frame, summarise

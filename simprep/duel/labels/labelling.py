@@ -1,4 +1,4 @@
-"""Labelling actions from a few examples: one multiclass SVM for each learned aspect, rules for the other two.
+"""Labelling actions from a few annotated actions: one multiclass SVM for each learned aspect, rules for the other two.
 
 Source: the 2008 paper, section 3.2 (LIBSVM, which is what scikit-learn's `SVC` wraps).
 """
@@ -28,11 +28,11 @@ class LabelSettings:
     """The support vector machines.
 
     Attributes:
-        penalty: C of the soft margin; larger values fit every example, smaller ones smooth over.
+        penalty: C of the soft margin; larger values fit every annotated action, smaller ones smooth over.
         gamma: width of the Gaussian kernel exp(-gamma |x - y|^2) over standardised features; None for a tenth over the
             number of features (`WIDTH`).
         balanced: weigh qualifiers by their rarity, since `others` is by far the most frequent.
-        mirrored: learn from the mirror image of every example too, left and right exchanged.
+        mirrored: learn from the mirror image of every annotated action too, left and right exchanged.
     """
 
     penalty: float = 10.0
@@ -71,7 +71,7 @@ class LabelClassifier:
 
     Attributes:
         machines: aspect to its classifier (a scikit-learn pipeline), or to the only qualifier index it has seen.
-        warnings: what was missing in the examples.
+        warnings: what was missing in the annotated actions.
     """
 
     machines: Mapping[str, Any]

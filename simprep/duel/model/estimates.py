@@ -29,8 +29,8 @@ class LabelEstimate(ABC):
 
     Attributes:
         triples: observed transitions.
-        candidates: (K,) codes that may come next, ascending: the labels of the player in the example stream.
-        opponent_labels: (K2,) codes of the opponent in the example stream, ascending.
+        candidates: (K,) codes that may come next, ascending: the labels of the player in the stream learned from.
+        opponent_labels: (K2,) codes of the opponent in the stream learned from, ascending.
     """
 
     kind: ClassVar[str]
@@ -199,7 +199,7 @@ def fit_log_linear(
 
     Args:
         triples: observed transitions.
-        candidates: codes of the player's labels in the whole example stream.
+        candidates: codes of the player's labels in the whole stream learned from.
         opponent_labels: codes of the opponent's labels there.
         aspect_penalty: precision of the Gaussian prior on the weights of aspects, and on each label's own.
         label_penalty: precision of the prior on the weights of pairs of labels; greater: exceptions need more evidence.
@@ -271,7 +271,7 @@ def fit_ruled(triples: LabelTriples, candidates: IntArray, opponent_labels: IntA
 
     Args:
         triples: observed transitions.
-        candidates: codes of the player's labels in the whole example stream.
+        candidates: codes of the player's labels in the whole stream learned from.
         opponent_labels: codes of the opponent's labels there.
     """
     base = fit_log_linear(triples, candidates, opponent_labels, aspect_penalty=3.0, label_penalty=100.0)
@@ -295,7 +295,7 @@ def fit_label_model(
 
     Args:
         triples: observed transitions.
-        candidates: codes of the player's labels in the whole example stream.
+        candidates: codes of the player's labels in the whole stream learned from.
         opponent_labels: codes of the opponent's labels there.
         kind: one of `LABEL_MODELS`.
 

@@ -84,7 +84,7 @@ def evaluate(
         tracks: the stream.
         rng: makes the splits.
         settings: None: the paper's.
-        truth: the label policy of each player that generated the stream, if it is synthetic.
+        truth: the label model of each player that generated the stream, if it is synthetic.
 
     Returns:
         | key | meaning |
@@ -154,7 +154,7 @@ def evaluate_labels(
         graph: of the stream.
         rng: makes the splits.
         splits: how many.
-        truth: the label policy of each player that generated the stream, if it is synthetic.
+        truth: the label model of each player that generated the stream, if it is synthetic.
     """
     transitions = [graph.actions.transitions(player) for player in PLAYERS]
     scores = [

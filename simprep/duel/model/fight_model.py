@@ -98,7 +98,7 @@ def read_fight_model(path: str | Path) -> FightModel:
     """Read a model and its example motions.
 
     Args:
-        path: a folder that `simprep duel analyze` wrote, or the `model.npz` in it.
+        path: a folder that `simprep duel analyse` wrote, or the `model.npz` in it.
 
     Raises:
         MotionFileError: a file is missing or damaged, or the stream is not the one that the model was learned from.
@@ -107,16 +107,16 @@ def read_fight_model(path: str | Path) -> FightModel:
     if path.is_dir():
         if not (path / MODEL_FILE).is_file():
             raise MotionFileError(
-                path, f"no {MODEL_FILE} in this folder; `simprep duel analyze STREAM -o DIR` writes one"
+                path, f"no {MODEL_FILE} in this folder; `simprep duel analyse STREAM -o DIR` writes one"
             )
         path = path / MODEL_FILE
     model = read_model(path)
     beside = path.with_name(STREAM_FILE)
     if not beside.is_file():
         raise MotionFileError(
-            path, f"its example motions are missing: no {STREAM_FILE} beside it; run `simprep duel analyze` again"
+            path, f"its example motions are missing: no {STREAM_FILE} beside it; run `simprep duel analyse` again"
         )
     stream = read_stream(beside)
     if learned_from(path) != stream_digest(stream):
-        raise MotionFileError(beside, f"not the stream that {path} was learned from; run `simprep duel analyze` again")
+        raise MotionFileError(beside, f"not the stream that {path} was learned from; run `simprep duel analyse` again")
     return FightModel(model, stream)

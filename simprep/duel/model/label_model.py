@@ -58,7 +58,7 @@ class LabelTriples:
 
 @dataclass(frozen=True)
 class Tabulated:
-    """A distribution known outright, such as the policy that generated a synthetic stream.
+    """A distribution known outright, such as the model that generated a synthetic stream.
 
     Attributes:
         candidates: (K,) codes that may come next, ascending.

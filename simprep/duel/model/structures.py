@@ -99,7 +99,7 @@ class TransitionGraph:
         player: 0 or 1.
         labels: (K,) label code of each node, ascending. Edges run from every node to every node.
         node: (A,) node of each action in B, -1 for the other player's actions.
-        counts: (K, K) how often the example stream goes from node to node.
+        counts: (K, K) how often the stream learned from goes from node to node.
     """
 
     player: int

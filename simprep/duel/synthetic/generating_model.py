@@ -1,4 +1,4 @@
-"""The policy that generates the example: P(next label | own label, opponent's label), known outright.
+"""The model that generates a synthetic stream: P(next label | own label, opponent's label), known outright.
 
 A fighter whose action ends sees what the opponent is doing at that moment, chooses a kind of action by a table, and on
 which foot it will end by another. `react` follows from the opponent's label and the first foot from the own label, so
@@ -130,7 +130,7 @@ def _other(foot: str) -> str:
 
 
 @dataclass(frozen=True)
-class GeneratingPolicy:
+class GeneratingModel:
     """P(next | own, opponent) of one fighter; offers what every label model does (`simprep.duel.model.label_model`).
 
     Attributes:
@@ -184,7 +184,7 @@ class GeneratingPolicy:
         """Probabilities (..., K) of the candidates, given label codes (...).
 
         Raises:
-            SettingError: a label that the policy never produces.
+            SettingError: a label that the model never produces.
         """
         own, opponent = np.broadcast_arrays(np.asarray(own, np.int64), np.asarray(opponent, np.int64))
         kind, _, _, foot = _split(own.ravel())
@@ -200,13 +200,13 @@ class GeneratingPolicy:
         """Natural logarithm (...) of the probability of the next label; -inf where it cannot follow."""
         return log_prob_from(self.candidates, self.distribution(own, opponent), next_label)
 
-    def tabulated(self, opponent: "GeneratingPolicy") -> Tabulated:
+    def tabulated(self, opponent: "GeneratingModel") -> Tabulated:
         """The whole table over all labels of both fighters."""
         own, other = np.meshgrid(self.candidates, opponent.candidates, indexing="ij")
         return Tabulated(self.candidates, opponent.candidates, self.distribution(own, other))
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything that makes the policy, ready for JSON; `from_dict` reads it."""
+        """Everything that makes the model, ready for JSON; `from_dict` reads it."""
         return {
             "kind_names": list(KIND_NAMES),
             "contexts": list(CONTEXTS),
@@ -215,14 +215,14 @@ class GeneratingPolicy:
         }
 
     @classmethod
-    def from_dict(cls, content: Mapping[str, Any]) -> "GeneratingPolicy":
-        """The policy that `as_dict` described.
+    def from_dict(cls, content: Mapping[str, Any]) -> "GeneratingModel":
+        """The model that `as_dict` described.
 
         Raises:
             SettingError: other kinds of action than this version's.
         """
         if tuple(content["kind_names"]) != KIND_NAMES or tuple(content["contexts"]) != CONTEXTS:
-            raise SettingError("a policy over other kinds of action than this version's")
+            raise SettingError("a generating model over other kinds of action than this version's")
         return cls(np.array(content["kinds"], dtype=np.float64), Footing(dict(content["changes_foot"])))
 
 
@@ -239,7 +239,7 @@ def _split(codes: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
     learned = [tuple(int(index) for index in row[: len(LEARNED_ASPECTS)]) for row in parts]
     odd = [row for row in learned if row not in KIND_OF]
     if odd:
-        raise SettingError(f"label with learned qualifiers {odd[0]}: the generating policy has no such kind of action")
+        raise SettingError(f"label with learned qualifiers {odd[0]}: the generating model has no such kind of action")
     kind = np.array([KIND_NAMES.index(KIND_OF[row]) for row in learned], dtype=np.int64)
     move = parts[:, ASPECTS.index("move")]
     return kind[back], parts[:, ASPECTS.index("react")][back], (move // 3)[back], (move % 3)[back]

@@ -1,4 +1,4 @@
-"""The two example streams, with the sizes of the 2008 paper: kickboxing and taekwondo.
+"""The two synthetic streams, with the sizes of the 2008 paper: kickboxing and taekwondo.
 
 Rates and times are chosen to be plausible, not to make any result come out. Durations after phase times of punches (0.2 to
 0.3 s to contact, 0.2 to 0.4 s back) and kicks (about 0.5 s from lift to contact); reaction 0.24 s to a punch (simple
@@ -23,8 +23,8 @@ DURATIONS_S: Mapping[str, tuple[float, float]] = MappingProxyType(
 
 
 @dataclass(frozen=True)
-class ExampleSettings:
-    """How an example stream is made.
+class SyntheticSettings:
+    """How a synthetic stream is made.
 
     Attributes:
         name: of the preset.
@@ -116,23 +116,23 @@ _TAEKWONDO_B = Temper(
     double_kick=0.3,
 )  # fmt: skip
 
-PRESETS: Mapping[str, ExampleSettings] = MappingProxyType(
+PRESETS: Mapping[str, SyntheticSettings] = MappingProxyType(
     {
-        "kickboxing": ExampleSettings("kickboxing", 60.0, 12, 80.0, (_KICKBOXER, _OUTFIGHTER)),
-        "taekwondo": ExampleSettings("taekwondo", 30.0, 7, 84.0, (_TAEKWONDO_A, _TAEKWONDO_B), distance_m=1.22),
+        "kickboxing": SyntheticSettings("kickboxing", 60.0, 12, 80.0, (_KICKBOXER, _OUTFIGHTER)),
+        "taekwondo": SyntheticSettings("taekwondo", 30.0, 7, 84.0, (_TAEKWONDO_A, _TAEKWONDO_B), distance_m=1.22),
     }
 )
 """Kickboxing: 16 min at 60 frames/s; taekwondo: 9.8 min at 30."""
 
 
-def preset(name: str) -> ExampleSettings:
+def preset(name: str) -> SyntheticSettings:
     """A preset by name.
 
     Raises:
         UnknownNameError: no such preset.
     """
     if name not in PRESETS:
-        raise UnknownNameError("example stream", name, PRESETS)
+        raise UnknownNameError("synthetic stream", name, PRESETS)
     return PRESETS[name]
 
 

@@ -1,6 +1,6 @@
-"""Who does what when: an asynchronous bout, drawn from the policies action by action.
+"""Who does what when: an asynchronous bout, drawn from the generators action by action.
 
-Whoever's action ends first chooses the next. Labels come from the policy alone; how far and where to step follows from the
+Whoever's action ends first chooses the next. Labels come from the generating model alone; how far and where to step follows from the
 distance, and a waiting fighter's action ends a reaction time after the opponent's attack began, so that the answer comes
 neither before the attack can be seen nor long after.
 """
@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.duel.labels.labels import LEARNED_ASPECTS, Label
-from simprep.duel.synthetic.generating_model import GeneratingPolicy
+from simprep.duel.synthetic.generating_model import GeneratingModel
 from simprep.duel.synthetic.kinds import KIND_OF, SIDES, attacks, context_of
 from simprep.duel.synthetic.pieces import KICK_SHARES, KICKS, PUNCH_SHARES, PUNCHES, striking_distance
 from simprep.duel.synthetic.planned import FPS, OFFSETS, TOES_OUT, Fighter, Planned, Step, turned
-from simprep.duel.synthetic.presets import ExampleSettings, duration_range
+from simprep.duel.synthetic.presets import SyntheticSettings, duration_range
 from simprep.motion.curves import minimum_jerk
 
 FloatArray = NDArray[np.float64]
@@ -36,13 +36,13 @@ FORWARD_M, BACKWARD_M, ONE_FOOT_M = 0.50, 0.40, 0.28
 
 
 def draw_clip(
-    settings: ExampleSettings, policies: tuple[GeneratingPolicy, GeneratingPolicy], rng: np.random.Generator
+    settings: SyntheticSettings, generators: tuple[GeneratingModel, GeneratingModel], rng: np.random.Generator
 ) -> tuple[Fighter, Fighter]:
     """Draw one clip.
 
     Args:
         settings: distances, times.
-        policies: of A and B.
+        generators: of A and B.
         rng: source of chance.
 
     Returns:
@@ -65,22 +65,22 @@ def draw_clip(
             return fighters
         own, other = fighters[who], fighters[1 - who]
         seen = other.at(frame - 1)
-        code = _draw(policies[who], own.now.code, other.done[seen].code, rng)
+        code = _draw(generators[who], own.now.code, other.done[seen].code, rng)
         kind, last = code
         _begin(settings, fighters, own, kind, last, seen, frame, length, rng)
         if attacks(kind):
             _delay(settings, own, other, frame, length, rng)
 
 
-def _draw(policy: GeneratingPolicy, own: int, opponent: int, rng: np.random.Generator) -> tuple[str, str]:
+def _draw(generator: GeneratingModel, own: int, opponent: int, rng: np.random.Generator) -> tuple[str, str]:
     """Kind and last foot of the next action."""
-    chances = policy.distribution(own, opponent)
-    label = Label.from_code(int(rng.choice(policy.candidates, p=chances / chances.sum())))
+    chances = generator.distribution(own, opponent)
+    label = Label.from_code(int(rng.choice(generator.candidates, p=chances / chances.sum())))
     return KIND_OF[label.indices[: len(LEARNED_ASPECTS)]], label.move[-1]
 
 
 def _begin(
-    settings: ExampleSettings,
+    settings: SyntheticSettings,
     fighters: tuple[Fighter, Fighter],
     own: Fighter,
     kind: str,
@@ -133,7 +133,13 @@ def _aim(other: Fighter, frame: int) -> FloatArray:
 
 
 def _variant(
-    settings: ExampleSettings, own: Fighter, other: Fighter, kind: str, both: bool, frame: int, rng: np.random.Generator
+    settings: SyntheticSettings,
+    own: Fighter,
+    other: Fighter,
+    kind: str,
+    both: bool,
+    frame: int,
+    rng: np.random.Generator,
 ) -> str:
     """Which punch or kick an attack is made from: one that reaches the opponent, by a step where need be."""
     side = kind.partition("_")[0]
@@ -182,7 +188,9 @@ def _role(kind: str, react: str, other: Fighter, frame: int, rng: np.random.Gene
     return str(rng.choice(["block", "dodge", "retreat"], p=[0.35, 0.4, 0.25]))
 
 
-def _place(settings: ExampleSettings, own: Fighter, other: Fighter, action: Planned, rng: np.random.Generator) -> None:
+def _place(
+    settings: SyntheticSettings, own: Fighter, other: Fighter, action: Planned, rng: np.random.Generator
+) -> None:
     """Steps of the feet and where to face."""
     struck = (action.start + action.end) // 2 if action.kind.endswith("fwdbwd") else action.end
     aim = _aim(other, struck)
@@ -298,7 +306,7 @@ def _strikes(kind: str) -> bool:
 
 
 def _delay(
-    settings: ExampleSettings, own: Fighter, other: Fighter, frame: int, length: int, rng: np.random.Generator
+    settings: SyntheticSettings, own: Fighter, other: Fighter, frame: int, length: int, rng: np.random.Generator
 ) -> None:
     """Let a waiting opponent answer the attack that begins now, a reaction time from now."""
     waiting = other.now

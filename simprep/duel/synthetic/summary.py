@@ -1,4 +1,4 @@
-"""How an example stream fights, in numbers that can be put beside those of real pairs."""
+"""How a synthetic stream fights, in numbers that can be put beside those of real pairs."""
 
 from typing import Any
 
@@ -6,17 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.duel.stream.stream import facing_error, root_distance
-from simprep.duel.synthetic.bout import Example
 from simprep.duel.synthetic.kinds import KIND_NAMES, KIND_OF, context_of
+from simprep.duel.synthetic.make import SyntheticStream
 
 PERCENTILES = (10, 25, 50, 75, 90)
 
 
-def summarise_example(example: Example) -> dict[str, Any]:
-    """Numbers about an example stream.
+def summarise_synthetic(made: SyntheticStream) -> dict[str, Any]:
+    """Numbers about a synthetic stream.
 
     Args:
-        example: with its truth.
+        made: with its truth.
 
     Returns:
         | key | meaning |
@@ -31,7 +31,7 @@ def summarise_example(example: Example) -> dict[str, Any]:
         | `facing_deg` | of the pelvis from the direction of the other, percentiles |
         | `foot_missed_mm` | how far a supporting foot is from its place where a leg is too short: 99th percentile, largest |
     """
-    stream, truth = example.stream, example.truth
+    stream, truth = made.stream, made.truth
     kinds = [KIND_OF[tuple(int(index) for index in row)] for row in truth.qualifiers]
     contexts = np.array([context_of(kind) for kind in kinds])
     start, end = truth.table[:, 1], truth.table[:, 2]
@@ -68,7 +68,7 @@ def summarise_example(example: Example) -> dict[str, Any]:
         "reaction_s": {kind: _percentiles(np.array(times)) for kind, times in reaction.items()},
         "answered_share": float(np.mean(answered)),
         "facing_deg": _percentiles(np.degrees(np.abs(facing_error(stream)).ravel())),
-        "foot_missed_mm": [float(1000 * np.percentile(example.missed_m, share)) for share in (99, 100)],
+        "foot_missed_mm": [float(1000 * np.percentile(made.missed_m, share)) for share in (99, 100)],
     }
 
 

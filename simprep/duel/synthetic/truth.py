@@ -1,4 +1,4 @@
-"""What is known about an example stream: true cuts and labels, the policy that drew them, who answers whom."""
+"""What is known about a synthetic stream: true cuts and labels, the models that drew them, who answers whom."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +12,7 @@ from simprep.archive import open_archive, write_archive
 from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS, decode
 from simprep.duel.labels.segmentation import Cuts
 from simprep.duel.stream.stream import DuelStream
-from simprep.duel.synthetic.generating_model import GeneratingPolicy
+from simprep.duel.synthetic.generating_model import GeneratingModel
 from simprep.errors import MotionFileError
 
 IntArray = NDArray[np.int64]
@@ -23,19 +23,19 @@ _COLUMNS = ("table", "codes", "answers", "peaks")
 
 @dataclass(frozen=True)
 class Truth:
-    """The truth of an example stream; rows are actions, sorted by player and time.
+    """The truth of a synthetic stream; rows are actions, sorted by player and time.
 
     Attributes:
         stream: name of the stream.
         frames: its length.
-        preset: which example.
+        preset: which of the presets.
         seed: that made it.
         table: (S, 4) player, first frame, frame at which the next begins, clip.
         codes: (S,) label codes.
         answers: (S,) row of the opponent's attack that was under way when the action began; -1 for none.
         peaks: (S,) frame of the peak of the contact force.
         variants: what each action was made of: a built-in motion, or what a neutral action is for.
-        policies: of A and B.
+        generators: of A and B.
     """
 
     stream: str
@@ -47,7 +47,7 @@ class Truth:
     answers: IntArray
     peaks: IntArray
     variants: tuple[str, ...]
-    policies: tuple[GeneratingPolicy, GeneratingPolicy]
+    generators: tuple[GeneratingModel, GeneratingModel]
 
     @property
     def qualifiers(self) -> IntArray:
@@ -96,7 +96,7 @@ def save_truth(truth: Truth, path: str | Path) -> Path:
         "seed": truth.seed,
         "qualifiers": {aspect: list(names) for aspect, names in QUALIFIERS.items()},
         "variants": list(truth.variants),
-        "policies": [policy.as_dict() for policy in truth.policies],
+        "policies": [generator.as_dict() for generator in truth.generators],
     }
     try:
         return write_archive(path, header, {name: getattr(truth, name) for name in _COLUMNS})
@@ -118,10 +118,10 @@ def read_truth(path: str | Path, stream: DuelStream | None = None) -> Truth:
         if header["qualifiers"] != {aspect: list(names) for aspect, names in QUALIFIERS.items()}:
             raise MotionFileError(path, "labels with other qualifiers than this version's")
         arrays = {name: archive[name].astype(np.int64) for name in _COLUMNS}
-        first, second = (GeneratingPolicy.from_dict(content) for content in header["policies"])
+        first, second = (GeneratingModel.from_dict(content) for content in header["policies"])
         truth = Truth(
             header["stream"], int(header["frames"]), header["preset"], int(header["seed"]), **arrays,
-            variants=tuple(header["variants"]), policies=(first, second),
+            variants=tuple(header["variants"]), generators=(first, second),
         )  # fmt: skip
         _check(path, truth, stream)
         return truth

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from simprep.library.boxing.postures import LEAD, REAR, Action, Posture, boxing_motion, linked
 from simprep.library.entry import Entry, mirrored
-from simprep.library.parts.target import ArmPose
+from simprep.library.parts.movement import ArmPose
 from simprep.motion.motion import Motion
 
 HIGH: ArmPose = linked((0.70, 0.35, 0.10), (-0.62, -0.22, 0.80), 20.0)

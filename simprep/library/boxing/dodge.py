@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from simprep.library.boxing.postures import LEAD, REAR, Action, Posture, boxing_motion
 from simprep.library.entry import Entry, mirrored
-from simprep.library.parts.target import ArmPose
+from simprep.library.parts.movement import ArmPose
 from simprep.motion.motion import Motion
 
 LOW_LEAD: ArmPose = ((0.22, -0.16, -0.16), (-0.3, 0.6, -1.0), 40.0)

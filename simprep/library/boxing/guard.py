@@ -14,8 +14,8 @@ from simprep.humanoid import SIDES
 from simprep.library.entry import FPS, Entry, mirrored
 from simprep.library.parts.feet import FootPath, Stance, ankle_height
 from simprep.library.parts.limbs import SIGNS, arm_angles, limb_lengths
+from simprep.library.parts.movement import GUARD_LEAD, GUARD_REAR, support_point
 from simprep.library.parts.posture import Pose, hinge_angles, set_hinges, trunk_rotation
-from simprep.library.parts.target import GUARD_LEAD, GUARD_REAR, support_point
 from simprep.library.parts.whole_body import Plan, solve_whole_body
 from simprep.motion.curves import constant, key_curve
 from simprep.motion.motion import Motion

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 from simprep.library.boxing.postures import LEAD, REAR, Aim, Posture
 from simprep.library.boxing.strike import BODY_DROP_M, FIST_HEIGHT_M, THROUGH_S, Strike, both_sides, strike_motion
-from simprep.library.parts.target import ArmPose
+from simprep.library.parts.movement import ArmPose
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.motion import Motion
 

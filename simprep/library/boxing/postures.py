@@ -15,18 +15,18 @@ from numpy.typing import NDArray
 from simprep.humanoid import BODIES, SIDES
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import limb_lengths
-from simprep.library.parts.posture import Pose
-from simprep.library.parts.target import (
+from simprep.library.parts.movement import (
     HANGING,
     ArmKey,
     ArmPose,
-    Target,
-    build_target,
+    Movement,
+    build_movement,
     curve,
     degrees_curve,
     shared_pressure,
     support_point,
 )
+from simprep.library.parts.posture import Pose
 from simprep.motion.curves import Curve, minimum_jerk
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
@@ -156,14 +156,14 @@ def boxing_motion(action: Action, passes: int = 2) -> Motion:
     Raises:
         MotionError: a pose leaves the joint limits.
     """
-    motion = build_target(_target(action, None))
+    motion = build_movement(_target(action, None))
     aims = any(isinstance(pose, Aim) for keys in action.fists for _, pose in keys)
     for _ in range(passes if aims else 0):
-        motion = build_target(_target(action, motion))
+        motion = build_movement(_target(action, motion))
     return motion
 
 
-def _target(action: Action, before: Motion | None) -> Target:
+def _target(action: Action, before: Motion | None) -> Movement:
     back = TARGET_S + action.back
     lower, end = back + HOLD_S, back + HOLD_S + LOWER_S
     duration = end + END_S
@@ -190,7 +190,7 @@ def _target(action: Action, before: Motion | None) -> Target:
     height = [(time, GUARD_M - drop) for time, drop in keys("drop")]
     height[0], height[-1] = (START_S, UPRIGHT_M), (end, UPRIGHT_M)
     share = [(0.0, 0.5), *keys("front_share", rest=0.5)[1:-1], (duration, 0.5)]
-    return Target(
+    return Movement(
         name=action.name,
         duration=duration,
         feet=(

@@ -9,15 +9,15 @@ import numpy as np
 
 from simprep.library.entry import Entry, mirrored
 from simprep.library.parts.feet import FootPath, Stance
-from simprep.library.parts.target import (
+from simprep.library.parts.movement import (
     GUARD_LEAD,
     GUARD_REAR,
     HANGING,
     UPRIGHT,
-    Target,
+    Movement,
     aimed,
     arm_keys,
-    build_target,
+    build_movement,
     curve,
     degrees_curve,
     shared_pressure,
@@ -48,7 +48,7 @@ def cross_right() -> Motion:
     loaded = {"lumbar_rotation": -8, "thorax_rotation": -12, "neck_rotation": 19, "head_rotation": 16}
     thrown = {"lumbar_flexion": 7, "thorax_flexion": 8, "lumbar_rotation": 9, "thorax_rotation": 14,
               "neck_rotation": -24, "head_rotation": -18, "neck_flexion": -4}  # fmt: skip
-    target = Target(
+    target = Movement(
         name="punch_right",
         duration=DURATION_S,
         feet=feet,
@@ -80,7 +80,7 @@ def cross_right() -> Motion:
         ),
         events={"target": TARGET_S, "impact": IMPACT_S - 2 / 60},
     )  # fmt: skip
-    return build_target(target)
+    return build_movement(target)
 
 
 _RIGHT = Entry(

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from simprep.library.boxing.postures import LEAD, REAR, Action, Aim, FistKey, Posture, boxing_motion
 from simprep.library.entry import FPS, Entry, mirrored
-from simprep.library.parts.target import ArmPose
+from simprep.library.parts.movement import ArmPose
 from simprep.motion.motion import Motion
 
 LAGS_S = (0.05, 0.075)

@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 
 from simprep.library.entry import Entry, mirrored
 from simprep.library.parts.feet import FootPath, Stance
-from simprep.library.parts.target import (
+from simprep.library.parts.movement import (
     GUARD_LEAD,
     GUARD_REAR,
     HANGING,
     UPRIGHT,
+    Movement,
     SwingLeg,
-    Target,
     arm_keys,
-    build_target,
+    build_movement,
     curve,
     degrees_curve,
     shared_pressure,
@@ -112,7 +112,7 @@ def front_kick(kick: FrontKick) -> Motion:
              "neck_rotation": 10, "head_rotation": 5, "neck_flexion": -4}  # fmt: skip
     folded = {"lumbar_flexion": 12, "thorax_flexion": 10, "neck_flexion": -4, "neck_rotation": -4}
     snap = {"lumbar_flexion": 8, "thorax_flexion": 10, "lumbar_rotation": -5, "thorax_rotation": -6, "neck_flexion": 4}
-    target = Target(
+    target = Movement(
         name=kick.name,
         duration=duration,
         feet=feet,
@@ -146,7 +146,7 @@ def front_kick(kick: FrontKick) -> Motion:
         events={"target": TARGET_S, "impact": impact - 2 / 60},
         swing_legs=(None, SwingLeg(thigh, knee, weight, outward=-0.02)),
     )  # fmt: skip
-    return build_target(target)
+    return build_movement(target)
 
 
 def _swing_pitch(floor: Curve, thigh: Curve, knee: Curve, ankle: Curve, weight: Curve) -> Curve:

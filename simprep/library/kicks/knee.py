@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from simprep.library.entry import Entry, mirrored
 from simprep.library.kicks.parts import Kick, KickPhases, LegPose, Posture, build_kick
-from simprep.library.parts.target import ArmPose
+from simprep.library.parts.movement import ArmPose
 from simprep.motion.motion import Motion
 
 CLINCH: ArmPose = ((0.42, -0.08, 0.10), (0.0, 0.5, -1.0), 60.0)

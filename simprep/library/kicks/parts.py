@@ -13,8 +13,7 @@ from numpy.typing import NDArray
 
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import SIGNS
-from simprep.library.parts.posture import Pose
-from simprep.library.parts.target import (
+from simprep.library.parts.movement import (
     GUARD_LEAD,
     GUARD_REAR,
     HANGING,
@@ -22,12 +21,13 @@ from simprep.library.parts.target import (
     ArmKey,
     ArmPose,
     JointLeg,
-    Target,
+    Movement,
     arm_keys,
-    build_target,
+    build_movement,
     curve,
     degrees_curve,
 )
+from simprep.library.parts.posture import Pose
 from simprep.motion.curves import Curve, key_curve
 from simprep.motion.motion import Motion
 
@@ -248,7 +248,7 @@ def build_kick(kick: Kick) -> Motion:
         ),
     )  # fmt: skip
     chamber, strike, fold = kick.chamber, kick.strike, kick.fold
-    target = Target(
+    target = Movement(
         name=kick.name,
         duration=phases.duration,
         feet=feet,
@@ -270,7 +270,7 @@ def build_kick(kick: Kick) -> Motion:
         events={"target": phases.target, "impact": phases.strike - phases.contact_lead},
         joint_legs=(None, _leg(kick)),
     )  # fmt: skip
-    return build_target(target)
+    return build_movement(target)
 
 
 def _leg(kick: Kick) -> JointLeg:

@@ -18,7 +18,7 @@ from simprep.library.kicks.parts import (
     flexion_towards,
     leaning_trunk,
 )
-from simprep.library.parts.target import GUARD_LEAD, GUARD_REAR, ArmPose
+from simprep.library.parts.movement import GUARD_LEAD, GUARD_REAR, ArmPose
 from simprep.motion.motion import Motion
 
 HIP_SHARE, HIP_MOST_DEG = 0.63, 66.0

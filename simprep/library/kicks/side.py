@@ -12,7 +12,7 @@ from simprep.library.kicks.parts import (
     flexion_towards,
     leaning_trunk,
 )
-from simprep.library.parts.target import GUARD_LEAD, GUARD_REAR, ArmPose
+from simprep.library.parts.movement import GUARD_LEAD, GUARD_REAR, ArmPose
 from simprep.motion.motion import Motion
 
 LOWERED: ArmPose = ((0.16, 0.12, -0.38), (-0.8, 0.5, -0.5), 30.0)

@@ -16,8 +16,8 @@ from simprep.library.entry import FPS
 from simprep.library.parts.balance import later_period
 from simprep.library.parts.feet import FootPath, Stance, lowest_point
 from simprep.library.parts.limbs import SIGNS
+from simprep.library.parts.movement import between, support_point
 from simprep.library.parts.posture import RELAXED, hinge_angles, set_hinges, trunk_rotation
-from simprep.library.parts.target import between, support_point
 from simprep.library.parts.whole_body import Plan, solve_whole_body
 from simprep.library.stand import CENTRE_M, FEET_APART_M, STAND_HEIGHT_M, TOE_OUT
 from simprep.motion.curves import Curve, key_curve

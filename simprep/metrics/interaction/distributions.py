@@ -1,4 +1,4 @@
-"""How like an example stream a fight is: Jensen-Shannon distances of what follows what, of distances and of facings."""
+"""How like the stream that its model has learned from a fight is: Jensen-Shannon distances of what follows what, of distances and of facings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -140,8 +140,8 @@ def js_distance(first: Counts, second: Counts) -> float:
     return float(np.nan_to_num(jensenshannon(shares[0], shares[1], base=2)))
 
 
-def js_distances(fight: Distributions, example: Distributions) -> dict[str, float]:
-    """Jensen-Shannon distances of a fight to an example, by `KINDS`.
+def js_distances(fight: Distributions, recorded: Distributions) -> dict[str, float]:
+    """Jensen-Shannon distances of a fight to a recorded stream, by `KINDS`.
 
     A finite sample differs from the distribution it was drawn from, and the more so the fewer it holds against the number
     of things that may happen: labels and their pairs are many, so bigrams of a minute are far from anything. Compare
@@ -149,33 +149,33 @@ def js_distances(fight: Distributions, example: Distributions) -> dict[str, floa
 
     Args:
         fight: of one fight, or `pooled` from several.
-        example: of the example stream.
+        recorded: of the recorded stream.
     """
-    return {name: js_distance(getattr(fight, name), getattr(example, name)) for name in KINDS}
+    return {name: js_distance(getattr(fight, name), getattr(recorded, name)) for name in KINDS}
 
 
 def js_floor(stream: DuelStream, table: IntArray, codes: IntArray, seconds: float | None = None) -> dict[str, float]:
-    """Distances that two samples of the example itself have: what a perfect imitation of this size would score.
+    """Distances that two samples of a recorded stream itself have: what a perfect imitation of this size would score.
 
     Args:
-        stream: the example.
+        stream: the recorded one.
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
-        seconds: length of a fight [s]: the mean over pieces of the example as long as that, each against the rest of the
-            example, at most 20 of them. None: the example's two halves against each other.
+        seconds: length of a fight [s]: the mean over pieces of it as long as that, each against the rest of the
+            stream, at most 20 of them. None: its two halves against each other.
 
     Returns:
         By `KINDS`.
 
     Raises:
-        SettingError: pieces longer than half of the example.
+        SettingError: pieces longer than half of the stream.
         MotionError: a piece without any whole action.
     """
     frames = len(stream)
     length = frames // 2 if seconds is None else round(seconds * stream.fps)
     if not 0 < length <= frames // 2:
         raise SettingError(
-            f"pieces of {seconds:g} s; valid: above 0, up to half of the example's {stream.duration:.0f} s"
+            f"pieces of {seconds:g} s; valid: above 0, up to half of the stream's {stream.duration:.0f} s"
         )
     starts = np.arange(0, frames - length + 1, length)
     if seconds is None:

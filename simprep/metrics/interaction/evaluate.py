@@ -45,7 +45,7 @@ class FightResults:
     def headline(self) -> dict[str, Any]:
         """The numbers of `simprep fight --json`; None where one does not exist.
 
-        Facing, answers and distances to the example are those of the fight as synthesised; hits are those of the simulation,
+        Facing, answers and distances to the recorded stream are those of the fight as synthesised; hits are those of the simulation,
         where there is one. Penetration of the poses is over the whole fight.
         """
         kinematic, run = self.kinematic, self.simulated
@@ -77,8 +77,8 @@ class FightResults:
         return simulated_stream(self.run, self.tracked)[0]
 
 
-def example_distributions(model: FightModel) -> Distributions:
-    """What a fight is compared with: the model's own example stream."""
+def recorded_distributions(model: FightModel) -> Distributions:
+    """What a fight is compared with: the stream that its model has learned from."""
     actions = model.model.graph.actions
     return distributions(
         model.stream, np.stack([actions.player, actions.start, actions.end, actions.clip], axis=1), actions.label
@@ -87,7 +87,7 @@ def example_distributions(model: FightModel) -> Distributions:
 
 def evaluate_fight(
     fight: Fight,
-    example: Distributions | None = None,
+    recorded: Distributions | None = None,
     physics: bool = True,
     optimise: bool = True,
     seed: int = 0,
@@ -98,21 +98,21 @@ def evaluate_fight(
 
     Args:
         fight: as synthesised.
-        example: what to compare it with (`example_distributions`).
+        recorded: what to compare it with (`recorded_distributions`).
         physics: simulate it with `mpc`, both fighters planned jointly.
         optimise: optimise both fighters' postures before.
         seed: of the controller.
         progress: called with the share of the simulation that is done.
         fps_kinematic: how fast it was made, for the record.
     """
-    kinematic = interaction_metrics(fight.stream, fight.table, fight.codes, example)
+    kinematic = interaction_metrics(fight.stream, fight.table, fight.codes, recorded)
     made = FightResults(fight, kinematic, fps_kinematic)
     if not physics:
         return made
     tracked, posture = optimise_fight_posture(fight) if optimise else (fight, None)
     run = track_pair(tracked.stream.players, "mpc", seed, progress=progress)
     run = replace(run, contacts=judge(run.contacts, tracked))
-    simulated = run_metrics(run, tracked, example)
+    simulated = run_metrics(run, tracked, recorded)
     return replace(made, tracked=tracked, posture=posture, run=run, simulated=simulated)
 
 

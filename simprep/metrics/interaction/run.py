@@ -69,13 +69,13 @@ class RunMetrics:
         return {key: plain(value) for key, value in asdict(self).items()}
 
 
-def run_metrics(run: PairRun, fight: Fight, example: Distributions | None = None) -> RunMetrics:
+def run_metrics(run: PairRun, fight: Fight, recorded: Distributions | None = None) -> RunMetrics:
     """Metrics of a simulated fight.
 
     Args:
         run: what `simprep.physics.pair_track.track_pair` returned.
         fight: what was simulated; the run's time 0 is its first frame.
-        example: what to compare labels, distances and facings with.
+        recorded: what to compare labels, distances and facings with.
 
     Raises:
         SettingError: a run longer than the fight.
@@ -96,7 +96,7 @@ def run_metrics(run: PairRun, fight: Fight, example: Distributions | None = None
         return RunMetrics(simulated=None, foot_slip_ratio=math.nan, **computed)
     stream, reference = simulated_stream(run, fight)
     table, codes = fight_so_far(fight, len(stream))
-    found = interaction_metrics(stream, table, codes, example, reference)
+    found = interaction_metrics(stream, table, codes, recorded, reference)
     landed = count_hits(recorded_contacts(contacts, len(stream), stream.fps), stream, table, codes, GRACE_S)
     simulated = replace(found, penetration=depths(run.penetration), hits=landed)
     ratio = slip_ratio(stream_slip(stream), stream_slip(reference))

@@ -80,19 +80,19 @@ def stitches(
     return Stitches(found[:, 0], found[:, 1], found[:, 2])
 
 
-def compare_stitches(fight: Stitches, example: Stitches) -> dict[str, float]:
-    """Stitches of a fight over those of an example stream at its own beginnings of actions.
+def compare_stitches(fight: Stitches, recorded: Stitches) -> dict[str, float]:
+    """Stitches of a fight over those of a recorded stream at its own beginnings of actions.
 
     Args:
         fight: of a fight, or several together.
-        example: of the example stream.
+        recorded: of the recorded stream.
 
     Returns:
         `linear_median_ratio`, `linear_p95_ratio`, the same of `angular` and `hinge`; NaN where either has none.
     """
     out = {}
     for name in ("linear", "angular", "hinge"):
-        ours, theirs = getattr(fight, name), getattr(example, name)
+        ours, theirs = getattr(fight, name), getattr(recorded, name)
         for word, share in (("median", 50), ("p95", 95)):
             known = len(ours) and len(theirs)
             ratio = np.percentile(ours, share) / np.percentile(theirs, share) if known else np.nan

@@ -118,7 +118,7 @@ class InteractionMetrics:
         stability: tilt of pelvis and trunk.
         g_mpjpe_mm: mean distance of the 17 bodies from a reference [mm]; NaN without one.
         mpjpe_mm: the same after subtracting each root's position [mm].
-        js: Jensen-Shannon distances to an example (`interaction_distributions.KINDS`); empty without one.
+        js: Jensen-Shannon distances to a recorded stream (`simprep.metrics.interaction.distributions.KINDS`); empty without one.
     """
 
     duration_s: float
@@ -144,7 +144,7 @@ def interaction_metrics(
     stream: DuelStream,
     table: IntArray,
     codes: IntArray,
-    example: Distributions | None = None,
+    recorded: Distributions | None = None,
     reference: DuelStream | None = None,
 ) -> InteractionMetrics:
     """Metrics of two people, recorded, synthesised or simulated.
@@ -153,7 +153,7 @@ def interaction_metrics(
         stream: both motions; of a simulated fight the simulated ones, with the contacts measured.
         table: (S, 4) player, first frame, frame after the last, clip, as of `Cuts.table` or `Fight.table`.
         codes: (S,) label codes of the actions.
-        example: what to compare labels, distances and facings with (`interaction_distributions.distributions`).
+        recorded: what to compare labels, distances and facings with (`simprep.metrics.interaction.distributions.distributions`).
         reference: what the stream should have been, frame by frame (it may go on longer): for MPJPE.
 
     Raises:
@@ -181,7 +181,7 @@ def interaction_metrics(
         stability=stability([one.xquat for one in bodies], stream.bounds, stream.fps),
         g_mpjpe_mm=errors.get("g_mpjpe_mm", math.nan),
         mpjpe_mm=errors.get("mpjpe_mm", math.nan),
-        js={} if example is None else js_distances(distributions(stream, table, codes), example),
+        js={} if recorded is None else js_distances(distributions(stream, table, codes), recorded),
     )
 
 

@@ -23,7 +23,7 @@ def plot_structures(graph: CoupledGraph, path: str | Path, nodes: int = 24, edge
     """Draw G1, G2 and the cross edges of a coupled graph.
 
     Every graph is complete; drawn are the labels with most actions, ordered by kind, and between these the edges that the
-    example walks most often.
+    stream walks most often.
 
     Args:
         graph: what to draw.

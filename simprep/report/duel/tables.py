@@ -1,4 +1,4 @@
-"""Markdown of example streams and of analyses of two-person streams."""
+"""Markdown of synthetic streams and of analyses of two-person streams."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -14,8 +14,8 @@ def markdown_table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
     return "\n".join("| " + " | ".join(_text(cell) for cell in line) + " |" for line in lines)
 
 
-def example_markdown(summary: Mapping[str, Any], name: str, command: str) -> str:
-    """What an example stream holds.
+def synthetic_markdown(summary: Mapping[str, Any], name: str, command: str) -> str:
+    """What a synthetic stream holds.
 
     Args:
         summary: from `simprep.duel.synthetic.summary`.
@@ -25,7 +25,7 @@ def example_markdown(summary: Mapping[str, Any], name: str, command: str) -> str
     rates, distance, reaction = (summary[key] for key in ("attacks_per_min", "strike_distance_m", "reaction_s"))
     parts = [
         f"# {name}",
-        "Synthetic: drawn from a known policy and choreographed from simprep's built-in motions. Not a recording.",
+        "Synthetic: drawn from a known model and choreographed from simprep's built-in motions. Not a recording.",
         f"Made by `{command}`.",
         markdown_table(
             ("", ""),
@@ -75,7 +75,7 @@ def analysis_markdown(tables: Mapping[str, Any], command: str) -> str:
             [
                 ("held out", *tables["label_logprob"].values()),
                 ("training", *tables["label_logprob_train"].values()),
-                *_row(tables, "label_total_variation", "distance to the true policy (total variation)", names),
+                *_row(tables, "label_total_variation", "distance to the true model (total variation)", names),
                 *_row(tables, "label_relative_to_truth", "below the truth, as a share of it", names),
             ],
         ),

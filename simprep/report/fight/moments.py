@@ -13,7 +13,7 @@ from simprep.report.duel.label_text import short_text
 
 
 def strip_frames(fight: Fight, count: int) -> tuple[int, ...]:
-    """Frames for `simprep.report.duel.strip`, spread over the fight.
+    """Frames for `simprep.report.duel.film_strip`, spread over the fight.
 
     The fight is divided into equal parts; of each part the attack nearest to its middle is shown where its limb is out
     farthest: at the end of an attack, or in the middle of one that is out and back. A part without attacks shows

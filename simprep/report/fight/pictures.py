@@ -9,7 +9,7 @@ from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MissingExtraError
 from simprep.metrics.interaction.evaluate import FightResults
 from simprep.metrics.interaction.run import fight_so_far
-from simprep.report.duel.strip import save_pair_strip
+from simprep.report.duel.film_strip import save_pair_strip
 from simprep.report.fight.moments import strip_captions, strip_frames
 from simprep.report.fight.timeline import fight_timeline
 from simprep.report.gl import NoGlError

@@ -6,7 +6,7 @@ import pytest
 from simprep.controller.alpha_filter import filter_kernel, smooth_alpha
 from simprep.controller.influence import style_of
 from simprep.controller.runtime.locomotion import LocomotionStream
-from simprep.controller.runtime.performer import Character, RuntimeSettings
+from simprep.controller.runtime.performer import Performer, RuntimeSettings
 from simprep.controller.runtime.world import library_world
 from simprep.errors import SettingError, UnknownNameError
 from simprep.library import library_motion
@@ -71,7 +71,7 @@ def test_changes_of_core_node_keep_feet_and_heading(cores):
 
 
 def test_unprepared_frames_are_the_locomotion_bit_by_bit(cores, style):
-    character = Character(cores, RuntimeSettings())
+    character = Performer(cores, RuntimeSettings())
     for _ in range(4):
         character.act(np.zeros(FRAMES), style)
     np.testing.assert_array_equal(character.motion().qpos, character.stream.window(0, 4 * FRAMES).qpos)
@@ -83,7 +83,7 @@ PLAN = [("turn" if number == 2 else "walk", level) for number, level in enumerat
 
 @pytest.mark.parametrize("optimise", [False, True])
 def test_actions_one_by_one_come_out_like_the_whole_clip_at_once(cores, style, optimise):
-    character = Character(cores, RuntimeSettings(optimise=optimise))
+    character = Performer(cores, RuntimeSettings(optimise=optimise))
     for name, alpha in PLAN:
         character.turn_to(turning(cores) if name == "turn" else name, FRAMES)
         commands = np.full(FRAMES, alpha)
@@ -113,7 +113,7 @@ def test_actions_one_by_one_come_out_like_the_whole_clip_at_once(cores, style, o
 
 
 def test_fully_prepared_the_character_stands_in_the_reference_posture(cores, style):
-    character = Character(cores, RuntimeSettings(optimise=False))
+    character = Performer(cores, RuntimeSettings(optimise=False))
     for alpha in (0.5, 1.0, 1.0, 1.0):
         character.act(np.full(FRAMES, alpha), style)
     last = character.motion().qpos[-FRAMES:]

@@ -11,10 +11,10 @@ from simprep.duel.fight.baselines import IndependentChooser, RandomChooser, own_
 from simprep.duel.fight.choice import Situation
 from simprep.duel.fight.default_model import default_fight_model
 from simprep.duel.fight.drawing import ConditionalDensities, DrawingChooser, DrawSettings, begins_where
+from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.masks import LabelMasks, is_neutral, kind_of, reaction_to, seen_successions
 from simprep.duel.fight.modes import begin_fight
 from simprep.duel.fight.passive import ReactingChooser, RecordedChooser
-from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.duel.fight.requests import Request, read_requests
 from simprep.duel.fight.synthesis import Bout
 from simprep.duel.labels.labels import Label, decode
@@ -26,7 +26,7 @@ from simprep.duel.model.structures import REQUESTS, couple, link_actions
 from simprep.duel.model.tracks import pair_tracks
 from simprep.duel.model.transition_model import train
 from simprep.duel.stream.store import save_stream
-from simprep.duel.synthetic.bout import make_example
+from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import PRESETS
 from simprep.errors import MotionError, MotionFileError, SettingError, UnknownNameError
 
@@ -35,7 +35,7 @@ SHORT = replace(PRESETS["kickboxing"], clips=3, clip_s=30.0)
 
 @pytest.fixture(scope="module")
 def whole():
-    example = make_example(SHORT, seed=5)
+    example = make_synthetic(SHORT, seed=5)
     player, start, end, clip = example.truth.table.T
     graph = couple(link_actions(player, start, end, example.truth.codes, clip))
     return FightModel(train(graph, pair_tracks(example.stream)), example.stream)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from simprep.duel.fight.choice import Choice, ModelChooser
+from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.placement import Aim, place
-from simprep.duel.fight.recorded_actions import ExampleMotions
 from simprep.duel.fight.stitch import Seam, StitchSettings, inertialise, plan_contacts, plan_steps
 from simprep.duel.fight.synthesis import Bout, SynthesisSettings, synthesise
 from simprep.duel.fight.time_warp import Warp, WarpSettings, fit_warp
@@ -17,7 +17,7 @@ from simprep.duel.model.structures import couple, link_actions
 from simprep.duel.model.tracks import pair_tracks
 from simprep.duel.model.transition_model import train
 from simprep.duel.stream.stream import facing_error, root_distance
-from simprep.duel.synthetic.bout import make_example
+from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import PRESETS
 from simprep.errors import MotionError, SettingError
 from simprep.humanoid import UPPER_BODY_HINGES, humanoid_model, standing_qpos
@@ -31,7 +31,7 @@ UPPER = 7 + len(UPPER_BODY_HINGES)
 
 @pytest.fixture(scope="module")
 def example():
-    return make_example(replace(PRESETS["kickboxing"], clips=2, clip_s=30.0), seed=5)
+    return make_synthetic(replace(PRESETS["kickboxing"], clips=2, clip_s=30.0), seed=5)
 
 
 @pytest.fixture(scope="module")

@@ -18,12 +18,12 @@ from simprep.duel.labels.rules import move_rule, react_rule
 from simprep.duel.labels.segmentation import Cuts, segment_stream
 from simprep.duel.model.evaluation import EvaluationSettings
 from simprep.duel.model.structures import link_actions
-from simprep.duel.synthetic.bout import SOURCE, make_example
-from simprep.duel.synthetic.generating_model import GeneratingPolicy, Temper, kind_table
+from simprep.duel.synthetic.generating_model import GeneratingModel, Temper, kind_table
 from simprep.duel.synthetic.heave import heave
 from simprep.duel.synthetic.kinds import KIND_NAMES, KIND_OF, KINDS, attacks, context_of, kind_indices, label_of
-from simprep.duel.synthetic.presets import PRESETS, ExampleSettings, preset
-from simprep.duel.synthetic.summary import summarise_example
+from simprep.duel.synthetic.make import SOURCE, make_synthetic
+from simprep.duel.synthetic.presets import PRESETS, SyntheticSettings, preset
+from simprep.duel.synthetic.summary import summarise_synthetic
 from simprep.duel.synthetic.truth import read_truth, save_truth, truth_path
 from simprep.errors import MotionFileError, SettingError, SimprepError
 from simprep.humanoid import GRAVITY, humanoid_model
@@ -35,11 +35,11 @@ SHORT = replace(PRESETS["kickboxing"], clips=2, clip_s=40.0)
 
 @pytest.fixture(scope="module")
 def example():
-    return make_example(SHORT, seed=3)
+    return make_synthetic(SHORT, seed=3)
 
 
 def policies(settings):
-    return [GeneratingPolicy(kind_table(temper), settings.footing) for temper in settings.tempers]
+    return [GeneratingModel(kind_table(temper), settings.footing) for temper in settings.tempers]
 
 
 def test_every_kind_has_its_own_label_and_the_meaning_that_the_rule_for_react_finds():
@@ -70,7 +70,7 @@ def test_policy_gives_distributions_that_keep_the_rules(name):
 
 def test_policy_survives_json_and_refuses_what_it_never_does():
     policy = policies(preset("taekwondo"))[0]
-    again = GeneratingPolicy.from_dict(policy.as_dict())
+    again = GeneratingModel.from_dict(policy.as_dict())
     np.testing.assert_array_equal(again.candidates, policy.candidates)
     np.testing.assert_array_equal(again.kinds, policy.kinds)
     odd = Label(left_kick="up", right_kick="up", move="L-L").code
@@ -109,7 +109,7 @@ def test_a_flight_is_ballistic():
 
 def test_the_same_seed_gives_the_same_stream_and_another_another(example):
     one = replace(SHORT, clips=1)
-    again, other = make_example(one, seed=3), make_example(one, seed=4)
+    again, other = make_synthetic(one, seed=3), make_synthetic(one, seed=4)
     count = len(again.stream)
     np.testing.assert_array_equal(again.stream.players[1].qpos, example.stream.players[1].qpos[:count])
     assert not np.array_equal(other.stream.players[1].qpos, again.stream.players[1].qpos)
@@ -189,7 +189,7 @@ def test_supporting_feet_stand_still():
 
 
 def test_distances_and_times_are_plausible(example):
-    summary = summarise_example(example)
+    summary = summarise_synthetic(example)
     assert 0.8 < summary["strike_distance_m"]["punch"]["50"] < 1.15
     assert 1.0 < summary["strike_distance_m"]["kick"]["50"] < 1.3
     assert 0.2 < summary["reaction_s"]["punch"]["50"] < 0.35
@@ -221,7 +221,7 @@ def test_settings_are_checked():
         replace(SHORT, clip_s=90.0)
     with pytest.raises(SimprepError, match="kickboxing, taekwondo"):
         preset("sumo")
-    assert isinstance(preset("taekwondo"), ExampleSettings)
+    assert isinstance(preset("taekwondo"), SyntheticSettings)
 
 
 def test_matching_counts_every_cut_once():

@@ -8,7 +8,7 @@ import pytest
 
 from simprep.duel.fight.fight import Fight, FightAction
 from simprep.duel.stream.stream import DuelStream
-from simprep.duel.synthetic.bout import make_example
+from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import PRESETS
 from simprep.errors import SettingError
 from simprep.humanoid import hinge_index
@@ -24,7 +24,7 @@ from simprep.physics.pair_penetration import fighter_penetration
 
 @pytest.fixture(scope="module")
 def example():
-    return make_example(replace(PRESETS["kickboxing"], clips=2, clip_s=30.0), seed=3)
+    return make_synthetic(replace(PRESETS["kickboxing"], clips=2, clip_s=30.0), seed=3)
 
 
 def test_answers_are_those_of_the_truth(example):

@@ -7,7 +7,7 @@ import pytest
 
 from simprep import __version__
 from simprep.files import atomic_path
-from simprep.report.record import jsonable, provenance, write_json
+from simprep.report.results import jsonable, provenance, save_json
 
 
 def test_everything_in_a_result_has_a_json_form():
@@ -31,14 +31,14 @@ def _write_half(path):
 
 
 def test_a_file_is_whole_or_not_there(tmp_path):
-    path = write_json(tmp_path / "sub" / "r.json", {"x": 1})
+    path = save_json(tmp_path / "sub" / "r.json", {"x": 1})
     assert json.loads(path.read_text()) == {"x": 1}
     with pytest.raises(RuntimeError, match="half way"):
         _write_half(path)
     assert json.loads(path.read_text()) == {"x": 1}
     assert [file.name for file in path.parent.iterdir()] == ["r.json"]
     with pytest.raises(TypeError):
-        write_json(path, {"x": object()})
+        save_json(path, {"x": object()})
     assert json.loads(path.read_text()) == {"x": 1}
 
 

@@ -1,4 +1,4 @@
-"""`simprep duel analyze`: from a stream to a model, with every table and figure of its evaluation."""
+"""`simprep duel analyse`: from a stream to a model, with every table and figure of its evaluation."""
 
 import time
 from dataclasses import dataclass
@@ -12,16 +12,16 @@ from simprep.cli.output import Output, print_result
 
 
 @dataclass(frozen=True)
-class DuelAnalyze:
+class DuelAnalyse:
     """Cut, label and model a stream, and evaluate every stage. Writes model.npz with its stream.npz (for `simprep fight`), tables, labels, plots.
 
-    An example stream needs no ANNOTATIONS: a tenth of its actions is annotated from the truth beside it.
+    A synthetic stream needs no ANNOTATIONS: a tenth of its actions is annotated from the truth beside it.
 
-    Example: simprep duel analyze example/kickboxing_0.npz -o analysis
+    Example: simprep duel analyse synthetic/kickboxing_0.npz -o analysis
     """
 
     stream: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="STREAM", help_behavior_hint="")]
-    """The .npz file that `simprep duel import` or `simprep duel example` wrote."""
+    """The .npz file that `simprep duel import` or `simprep duel synthetic` wrote."""
 
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = Path("analysis")
     """Folder to write to (default analysis)."""
@@ -33,7 +33,7 @@ class DuelAnalyze:
     """Cuts that you have edited; default: found anew."""
 
     annotated: Annotated[float, tyro.conf.arg(metavar="SHARE", help_behavior_hint="")] = 0.1
-    """Share of the actions annotated from the truth of an example stream (default 0.1)."""
+    """Share of the actions annotated from the truth of a synthetic stream (default 0.1)."""
 
     proposed: bool = False
     """Annotate from the truth what `simprep duel label` would propose, in ten rounds. This is the default."""
@@ -75,7 +75,7 @@ class DuelAnalyze:
         from simprep.errors import MissingExtraError, MotionError, MotionFileError, SettingError
         from simprep.files import atomic_path
         from simprep.report.duel.tables import analysis_markdown
-        from simprep.report.record import provenance, write_json
+        from simprep.report.results import provenance, save_json
 
         if self.seed < 0:
             raise SettingError(f"--seed {self.seed}; valid: 0 or more")
@@ -116,7 +116,7 @@ class DuelAnalyze:
         for warning in found.tables["warnings"]:
             output.warn(warning)
         self.out.mkdir(parents=True, exist_ok=True)
-        command = f"simprep duel analyze {self.stream.name} --seed {self.seed} --splits {self.splits}"
+        command = f"simprep duel analyse {self.stream.name} --seed {self.seed} --splits {self.splits}"
         written = [
             *save_fight_model(found.model, stream, self.out),
             save_cuts(found.segmentation if cuts is None else cuts, stream, self.out / "cuts.txt"),
@@ -140,7 +140,7 @@ class DuelAnalyze:
         text = self.out / "tables.md"
         with atomic_path(text) as temporary:
             temporary.write_text(analysis_markdown(tables, command), encoding="utf-8")
-        written += [text, write_json(self.out / "tables.json", {**provenance(cli_output.arguments), **tables})]
+        written += [text, save_json(self.out / "tables.json", {**provenance(cli_output.arguments), **tables})]
         _print(output, tables)
         for one in written:
             output.say(f"written: {one}")

@@ -43,7 +43,7 @@ def jsonable(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} has no JSON form")
 
 
-def write_json(path: str | Path, content: Mapping[str, Any]) -> Path:
+def save_json(path: str | Path, content: Mapping[str, Any]) -> Path:
     """Write a JSON file atomically.
 
     Args:

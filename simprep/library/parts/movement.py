@@ -1,4 +1,4 @@
-"""Building blocks of target movements: arm keys, support points and assembly of a motion from curves in time."""
+"""Building blocks of movements: arm keys, support points and assembly of a motion from curves in time."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -77,8 +77,8 @@ def aimed(reach: float, inward_deg: float, up_deg: float, pronation_deg: float =
 
 
 @dataclass(frozen=True)
-class Target:
-    """A target movement as curves in time; everything not given stays as it is when standing.
+class Movement:
+    """A movement as curves in time; everything not given stays as it is when standing.
 
     Attributes:
         name: of the motion.
@@ -149,11 +149,11 @@ class JointLeg:
     weight: Curve
 
 
-def build_target(target: Target) -> Motion:
-    """Solve a target movement.
+def build_movement(movement: Movement) -> Motion:
+    """Solve a movement.
 
     Args:
-        target: its curves.
+        movement: its curves.
 
     Returns:
         The motion at 60 frames/s.
@@ -161,35 +161,35 @@ def build_target(target: Target) -> Motion:
     Raises:
         MotionError: a pose leaves the joint limits.
     """
-    times = np.arange(round(target.duration * FPS) + 1) / FPS
-    poses = [path.at(times) for path in target.feet]
-    hinges = key_poses(target.trunk, times) + key_poses(target.arm_poses, times)
-    for side, keys in zip(SIDES, target.arms):
+    times = np.arange(round(movement.duration * FPS) + 1) / FPS
+    poses = [path.at(times) for path in movement.feet]
+    hinges = key_poses(movement.trunk, times) + key_poses(movement.arm_poses, times)
+    for side, keys in zip(SIDES, movement.arms):
         if keys:
             _set_arm(hinges, side, keys, times)
     swing = None
-    if any(leg is not None for leg in target.swing_legs):
+    if any(leg is not None for leg in movement.swing_legs):
         offset, weight = np.zeros((len(times), 2, 3)), np.zeros((len(times), 2))
-        for number, (side, leg) in enumerate(zip(SIDES, target.swing_legs)):
+        for number, (side, leg) in enumerate(zip(SIDES, movement.swing_legs)):
             if leg is not None:
                 offset[:, number], weight[:, number] = leg.offset(side, times), leg.weight(times)
         swing = HipRelative(offset, weight)
     joints = None
-    if any(joint_leg is not None for joint_leg in target.joint_legs):
+    if any(joint_leg is not None for joint_leg in movement.joint_legs):
         angles, weight = np.zeros((len(times), 2, 6)), np.zeros((len(times), 2))
-        for number, joint_leg in enumerate(target.joint_legs):
+        for number, joint_leg in enumerate(movement.joint_legs):
             if joint_leg is not None:
                 angles[:, number], weight[:, number] = joint_leg.angles(times), joint_leg.weight(times)
         joints = JointSwing(angles, weight)
-    table = np.array(target.pressure)
+    table = np.array(movement.pressure)
     plan = Plan(
         fps=FPS,
         foot_position=np.stack([pose[0] for pose in poses], axis=1),
         foot_rotation=np.stack([pose[1] for pose in poses], axis=1),
         contacts=np.stack([pose[2] for pose in poses], axis=1),
         zmp=key_curve(list(table[:, 0]), table[:, 1:])(times),
-        com_height=target.com_height(times),
-        root_rotation=trunk_rotation(target.yaw(times), target.pitch(times), target.roll(times)),
+        com_height=movement.com_height(times),
+        root_rotation=trunk_rotation(movement.yaw(times), movement.pitch(times), movement.roll(times)),
         hinges=hinges,
         hip_relative=swing,
         joint_swing=joints,
@@ -198,9 +198,9 @@ def build_target(target: Target) -> Motion:
         qpos=solve_whole_body(plan),
         fps=FPS,
         contacts=plan.contacts,
-        events={name: round(time * FPS) for name, time in target.events.items()},
-        name=target.name,
-        source=f"simprep library: {target.name}",
+        events={name: round(time * FPS) for name, time in movement.events.items()},
+        name=movement.name,
+        source=f"simprep library: {movement.name}",
     )
 
 

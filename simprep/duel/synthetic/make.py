@@ -1,4 +1,4 @@
-"""The built-in example stream: clips drawn, performed, joined, and blurred by measurement noise."""
+"""The built-in synthetic stream: clips drawn, performed, joined, and blurred by measurement noise."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,10 +9,10 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
 from simprep.duel.stream.stream import DuelStream
-from simprep.duel.synthetic.generating_model import GeneratingPolicy, kind_table
+from simprep.duel.synthetic.generating_model import GeneratingModel, kind_table
 from simprep.duel.synthetic.perform import Performance, perform
 from simprep.duel.synthetic.planned import FPS, Fighter
-from simprep.duel.synthetic.presets import ExampleSettings
+from simprep.duel.synthetic.presets import SyntheticSettings
 from simprep.duel.synthetic.schedule import draw_clip
 from simprep.duel.synthetic.truth import Truth
 from simprep.humanoid import N_QPOS, humanoid_model
@@ -24,7 +24,7 @@ SOURCE = "synthetic: choreographed from simprep's built-in motions, not a record
 
 
 @dataclass(frozen=True)
-class Example:
+class SyntheticStream:
     """A made stream.
 
     Attributes:
@@ -38,10 +38,10 @@ class Example:
     missed_m: FloatArray
 
 
-def make_example(
-    settings: ExampleSettings, seed: int = 0, progress: Callable[[int, int], None] | None = None
-) -> Example:
-    """Make an example stream.
+def make_synthetic(
+    settings: SyntheticSettings, seed: int = 0, progress: Callable[[int, int], None] | None = None
+) -> SyntheticStream:
+    """Make a synthetic stream.
 
     Args:
         settings: see `simprep.duel.synthetic.presets.PRESETS`.
@@ -51,8 +51,8 @@ def make_example(
     Returns:
         The stream with its truth.
     """
-    first, second = (GeneratingPolicy(kind_table(temper), settings.footing) for temper in settings.tempers)
-    policies = (first, second)
+    first, second = (GeneratingModel(kind_table(temper), settings.footing) for temper in settings.tempers)
+    generators = (first, second)
     step = round(FPS / settings.fps)
     qpos: tuple[list[FloatArray], list[FloatArray]] = ([], [])
     contacts: tuple[list[NDArray[np.bool_]], list[NDArray[np.bool_]]] = ([], [])
@@ -61,7 +61,7 @@ def make_example(
     missed, seams, offset = [], [], 0
     for clip in range(settings.clips):
         rng = np.random.default_rng([seed, clip])
-        fighters = draw_clip(settings, policies, rng)
+        fighters = draw_clip(settings, generators, rng)
         parts = [perform(fighter, rng) for fighter in fighters]
         for player, part in enumerate(parts):
             qpos[player].append(_measured(part.qpos[::step], settings, rng))
@@ -80,8 +80,8 @@ def make_example(
         for poses, feet, who in zip(qpos, contacts, "ab")
     )
     stream = DuelStream((a, b), tuple(seams[:-1]), tuple(f"round {k + 1}" for k in range(settings.clips)), name)
-    truth = _truth(settings, seed, stream, np.array(rows, dtype=np.int64), variants, policies)
-    return Example(stream, truth, np.concatenate(missed))
+    truth = _truth(settings, seed, stream, np.array(rows, dtype=np.int64), variants, generators)
+    return SyntheticStream(stream, truth, np.concatenate(missed))
 
 
 def _rows(
@@ -98,12 +98,12 @@ def _rows(
 
 
 def _truth(
-    settings: ExampleSettings,
+    settings: SyntheticSettings,
     seed: int,
     stream: DuelStream,
     rows: NDArray[np.int64],
     variants: list[str],
-    policies: tuple[GeneratingPolicy, GeneratingPolicy],
+    generators: tuple[GeneratingModel, GeneratingModel],
 ) -> Truth:
     order = np.lexsort((rows[:, 1], rows[:, 0]))
     rows = rows[order]
@@ -114,11 +114,11 @@ def _truth(
             answers[number] = theirs[within]
     return Truth(
         stream.name, len(stream), settings.name, seed, rows[:, :4], rows[:, 4], answers, rows[:, 6],
-        tuple(variants[index] for index in order), policies,
+        tuple(variants[index] for index in order), generators,
     )  # fmt: skip
 
 
-def _measured(qpos: FloatArray, settings: ExampleSettings, rng: np.random.Generator) -> FloatArray:
+def _measured(qpos: FloatArray, settings: SyntheticSettings, rng: np.random.Generator) -> FloatArray:
     """Poses with the noise of a measurement."""
     spread = np.radians(settings.joint_noise_deg)
     noise = rng.normal(size=(len(qpos), N_QPOS - 1))

@@ -1,4 +1,4 @@
-"""`simprep duel example`: write a built-in stream of two fighters with its truth."""
+"""`simprep duel synthetic`: write a built-in stream of two fighters with its truth."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,10 +10,10 @@ from simprep.cli.output import Output, print_result
 
 
 @dataclass(frozen=True)
-class DuelExample:
+class DuelSynthetic:
     """Write a built-in stream: two fighters, choreographed (synthetic, not a recording), with the truth beside it.
 
-    Example: simprep duel example kickboxing -o example
+    Example: simprep duel synthetic kickboxing -o synthetic
     """
 
     preset: Annotated[
@@ -41,14 +41,14 @@ class DuelExample:
         from dataclasses import replace
 
         from simprep.duel.stream.store import save_stream
-        from simprep.duel.synthetic.bout import make_example
+        from simprep.duel.synthetic.make import make_synthetic
         from simprep.duel.synthetic.presets import preset
-        from simprep.duel.synthetic.summary import summarise_example
+        from simprep.duel.synthetic.summary import summarise_synthetic
         from simprep.duel.synthetic.truth import save_truth, truth_path
         from simprep.errors import SettingError
         from simprep.files import atomic_path
-        from simprep.report.duel.tables import example_markdown
-        from simprep.report.record import write_json
+        from simprep.report.duel.tables import synthetic_markdown
+        from simprep.report.results import save_json
 
         if self.seed < 0:
             raise SettingError(f"--seed {self.seed}; valid: 0 or more")
@@ -59,18 +59,18 @@ class DuelExample:
             settings = replace(settings, clips=self.clips)
         with output.progress() as bar:
             task = bar.add_task("rounds", total=settings.clips)
-            example = make_example(settings, self.seed, lambda done, _: bar.update(task, completed=done))
+            made = make_synthetic(settings, self.seed, lambda done, _: bar.update(task, completed=done))
         self.out.mkdir(parents=True, exist_ok=True)
-        stream = save_stream(example.stream, self.out / f"{example.stream.name}.npz")
-        truth = save_truth(example.truth, truth_path(stream))
-        summary = summarise_example(example)
-        command = f"simprep duel example {self.preset} --seed {self.seed}"
+        stream = save_stream(made.stream, self.out / f"{made.stream.name}.npz")
+        truth = save_truth(made.truth, truth_path(stream))
+        summary = summarise_synthetic(made)
+        command = f"simprep duel synthetic {self.preset} --seed {self.seed}"
         command += f" --clips {self.clips}" if self.clips is not None else ""
-        written = write_json(stream.with_suffix(".json"), {"command": command, **summary})
+        written = save_json(stream.with_suffix(".json"), {"command": command, **summary})
         text = stream.with_suffix(".md")
         with atomic_path(text) as temporary:
-            temporary.write_text(example_markdown(summary, example.stream.name, command), encoding="utf-8")
-        output.say("synthetic: drawn from a known policy and choreographed from built-in motions, not a recording")
+            temporary.write_text(synthetic_markdown(summary, made.stream.name, command), encoding="utf-8")
+        output.say("synthetic: drawn from a known model and choreographed from built-in motions, not a recording")
         output.say(
             f"{summary['minutes']:.1f} min in {summary['clips']} clips, {summary['segments']} actions, "
             f"{summary['labels']} different labels"
