@@ -21,6 +21,7 @@ from rich.progress import Progress
 from simprep.duel.fight.default_model import fight_model
 from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.fight import Fight
+from simprep.duel.fight.hits import judge
 from simprep.duel.fight.modes import begin_fight
 from simprep.duel.fight.posture import optimise_fight_posture
 from simprep.errors import SimprepError
@@ -28,7 +29,6 @@ from simprep.files import atomic_path
 from simprep.metrics.evaluate import evaluate_run
 from simprep.metrics.interaction.run import run_metrics
 from simprep.metrics.interaction.stream import falls_per_minute
-from simprep.metrics.interaction.verdicts import judge
 from simprep.physics.pair_run import PairRun
 from simprep.physics.pair_store import save_pair_run
 from simprep.physics.pair_track import PairSettings, track_pair

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from simprep.duel.fight.fight import Fight
+from simprep.duel.fight.hits import judge
 from simprep.duel.fight.posture import PostureChange, optimise_fight_posture
 from simprep.duel.model.fight_model import FightModel
 from simprep.duel.stream.stream import DuelStream
 from simprep.metrics.interaction.distributions import Distributions, distributions
 from simprep.metrics.interaction.run import RunMetrics, run_metrics, simulated_stream
 from simprep.metrics.interaction.stream import InteractionMetrics, interaction_metrics
-from simprep.metrics.interaction.verdicts import judge
 from simprep.physics.pair_run import PairRun
 from simprep.physics.pair_track import track_pair
 

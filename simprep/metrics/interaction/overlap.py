@@ -7,11 +7,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.duel.fight.hits import ARMS, striking_aspect
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS
 from simprep.duel.stream.stream import DuelStream
 from simprep.humanoid import BODIES, SIDES
 from simprep.metrics.interaction.reactions import check_table, limb_attacks
-from simprep.metrics.interaction.verdicts import ARMS, striking_aspect
 from simprep.motion.contacts import stances
 from simprep.physics.fighters import between_fighters, geom_owners, place
 from simprep.physics.pair_run import FighterContact
@@ -137,7 +137,7 @@ def recorded_contacts(contacts: Sequence[FighterContact], frames: int, fps: floa
 def count_hits(found: Overlaps, stream: DuelStream, table: IntArray, codes: IntArray, grace_s: float = 0.0) -> Hits:
     """Hits, by attacks: of poses (`overlaps`), where nothing stops a limb, or of a simulation (`recorded_contacts`).
 
-    With which segments attacks strike is as in `simprep.metrics.interaction.verdicts`, which judges contacts one by one: hand and
+    With which segments attacks strike is as in `simprep.duel.fight.hits`, which judges contacts one by one: hand and
     forearm, foot and shank. An attack *lands* if between its first frame and that in which the attacker's next action
     begins a striking segment touches the opponent: `intended` on trunk, head or legs, `blocked` on arms alone. An attack lands once; a double
     strike is one or two attacks, as it was labelled. Contacts are counted by pairs of trunk, arms and legs, those less than

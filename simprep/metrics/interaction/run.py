@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.duel.fight.fight import Fight
+from simprep.duel.fight.hits import GRACE_S, judge
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import SettingError
 from simprep.metrics.contact import slip_ratio
@@ -25,7 +26,6 @@ from simprep.metrics.interaction.stream import (
     plain,
     stream_slip,
 )
-from simprep.metrics.interaction.verdicts import GRACE_S, judge
 from simprep.motion.motion import Motion
 from simprep.physics.pair_run import PairRun
 

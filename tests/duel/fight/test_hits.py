@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from simprep.duel.fight.fight import Fight, FightAction
+from simprep.duel.fight.hits import GRACE_S, judge
 from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import DuelStream
 from simprep.humanoid import standing_qpos
-from simprep.metrics.interaction.verdicts import GRACE_S, judge
 from simprep.motion.motion import Motion
 from simprep.physics.pair_run import BLOCKED, HIT, NOBODY, UNINTENDED, FighterContact
 
