@@ -1,7 +1,6 @@
 """How two people fight: one set of numbers for recorded streams, synthesised and simulated fights.
 
-What is counted how stands with each part: `interaction_reactions`, `interaction_overlap`, `interaction_stability`,
-`interaction_distributions`, `interaction_stitches`.
+What is counted how stands with each part: `reactions`, `overlap`, `stability`, `distributions`, `stitches`.
 """
 
 import math

@@ -213,7 +213,7 @@ def test_what_is_counted_of_a_fight():
     again = np.concatenate([table, table + np.array([0, 120, 120, 0])])
     halves = js_floor(standing(240, 1.23), again, np.concatenate([codes, codes]))
     assert halves == dict.fromkeys(KINDS, 0.0)
-    with pytest.raises(SettingError, match="half of the example"):
+    with pytest.raises(SettingError, match="half of the stream"):
         js_floor(stream, table, codes, 1.5)
     with pytest.raises(SettingError, match="at least one"):
         pooled([])
