@@ -187,7 +187,7 @@ def save_training(training: Training, path: str | Path) -> Path:
     return Path(path)
 
 
-def load_training(path: str | Path) -> Training:
+def read_training(path: str | Path) -> Training:
     """Read a training written by `save_training`.
 
     Raises:
@@ -222,7 +222,7 @@ def resume(
         MotionFileError: the file cannot be read.
         SettingError: it belongs to other settings.
     """
-    training = load_training(path)
+    training = read_training(path)
     kept = {name: getattr(training.learning, name) for name in _NOT_CONTINUED}
     same = training.settings.rewards == settings.rewards and replace(learning, **kept) == training.learning
     if not same or problem_key(training.table, training.settings) != problem_key(table, settings):

@@ -16,9 +16,9 @@ from simprep.humanoid import BODIES, DEFAULT_BODY, FEET, FOOT_GEOMS, SIDES, Body
 from simprep.motion.contacts import stances
 from simprep.motion.curves import dying_away, minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.limb_ik import Leg, legs, solve_leg
 from simprep.motion.rotations import axis_rotation, rotation_matrix
 from simprep.motion.turns import turned
-from simprep.preparation.foot_ik import Leg, legs, solve_leg
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]

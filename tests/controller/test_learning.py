@@ -17,7 +17,7 @@ from simprep.controller.runtime.approach import near_obstacles
 from simprep.controller.sarsa import greedy_actions, learn, new_learner
 from simprep.controller.settings import ControllerSettings, LearningSettings, RewardSettings
 from simprep.controller.spaces import AT_INFLUENCE, STATES
-from simprep.controller.training import load_training, resume, run, save_training, start
+from simprep.controller.training import read_training, resume, run, save_training, start
 from simprep.controller.value_iteration import (
     STATE_SHAPE,
     arrival_probability,
@@ -256,13 +256,13 @@ def test_saved_policy_comes_back(table, best, tmp_path):
     assert back.settings == SETTINGS
     assert back.table.path.tobytes() == table.path.tobytes()
     (tmp_path / "bad.npz").write_bytes(b"no zip")
-    for read in (read_policy, load_training):
+    for read in (read_policy, read_training):
         with pytest.raises(MotionFileError, match=r"bad\.npz: not a readable"):
             read(tmp_path / "bad.npz")
         with pytest.raises(MotionFileError, match="no such file"):
             read(tmp_path / "absent.npz")
     with pytest.raises(MotionFileError, match=r"schema 'simprep\.policy/1'"):
-        load_training(tmp_path / "policy.npz")
+        read_training(tmp_path / "policy.npz")
 
 
 def test_greedy_choice_skips_what_is_not_allowed():

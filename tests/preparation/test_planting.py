@@ -5,8 +5,8 @@ from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import SIDES, hinge_index, standing_qpos
 from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.limb_ik import legs, solve_leg
 from simprep.motion.rotations import axis_rotation
-from simprep.preparation.foot_ik import legs, solve_leg
 from simprep.preparation.planting import Standing, foot_heading, plant_feet
 
 

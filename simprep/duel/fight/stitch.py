@@ -16,9 +16,9 @@ from simprep.humanoid import DEFAULT_BODY, FEET, LEG_JOINTS, SIDES, Body, hinge_
 from simprep.motion.contacts import stances
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.limb_ik import legs
 from simprep.motion.rotations import rotation_matrix, wrap_angle
 from simprep.motion.turns import rotation_between
-from simprep.preparation.foot_ik import legs
 from simprep.preparation.planting import Standing, foot_heading, plant_feet
 from simprep.preparation.settings import PreparationSettings
 

@@ -1,4 +1,4 @@
-"""From a drawn bout to poses: postures of the pieces, feet on their places, centre of mass with its force peaks.
+"""From a drawn clip to poses: postures of the pieces, feet on their places, centre of mass with its force peaks.
 
 Feet roll and pivot without slipping (`simprep.library.parts.feet`), the centre of mass follows the planned pressure point by the
 cart-table model and the wanted heave, and legs follow exactly: the same whole-body solver as for the built-in motions.

@@ -1,7 +1,7 @@
 """Movements of the fighters, taken from the built-in motions: out, back, and the instants that divide them.
 
 Of each motion the posture is kept: pelvis, trunk, arms, a kicking leg, how the feet roll and pivot. Where the feet stand and
-where the centre of mass goes is decided by the bout (`simprep.duel.synthetic.perform`).
+where the centre of mass goes is decided by the clip as drawn (`simprep.duel.synthetic.perform`).
 """
 
 from collections.abc import Sequence

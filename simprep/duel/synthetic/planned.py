@@ -1,4 +1,4 @@
-"""A bout as it is drawn: steps, planned actions, and the state of a fighter while it is."""
+"""A clip as it is drawn: steps, planned actions, and the state of a fighter while it is."""
 
 from dataclasses import dataclass, field
 
@@ -80,7 +80,7 @@ class Planned:
 
 
 class Fighter:
-    """State of one fighter while the bout is drawn."""
+    """State of one fighter while the clip is drawn."""
 
     def __init__(self, player: int, lead: str, place: FloatArray, heading: float) -> None:
         self.player, self.lead, self.heading = player, lead, heading

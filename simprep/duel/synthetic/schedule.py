@@ -1,4 +1,4 @@
-"""Who does what when: an asynchronous bout, drawn from the generators action by action.
+"""Who does what when: an asynchronous clip, drawn from the generators action by action.
 
 Whoever's action ends first chooses the next. Labels come from the generating model alone; how far and where to step follows from the
 distance, and a waiting fighter's action ends a reaction time after the opponent's attack began, so that the answer comes

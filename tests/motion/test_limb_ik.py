@@ -5,8 +5,8 @@ import pytest
 
 from simprep.humanoid import BODIES, SIDES, Body, standing_qpos
 from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.limb_ik import legs, solve_leg
 from simprep.motion.rotations import rotation_matrix
-from simprep.preparation.foot_ik import legs, solve_leg
 
 
 def _solve(qpos, body, move=0.0):
