@@ -137,7 +137,7 @@ def plant_feet(
         for side, leg in enumerate(legs(body)):
             frames = np.flatnonzero(missed[:, side])
             shank = BODIES.index(f"{SIDES[side]}_shank")
-            out[np.ix_(frames, 7 + leg.hinges)] = solve_leg(
+            angles = solve_leg(
                 leg,
                 pelvis[frames],
                 rotation[frames, 0],
@@ -146,6 +146,7 @@ def plant_feet(
                 rotation[frames, shank, :, 1],
                 _STEEP if standing.yielding else 0.0,
             )
+            out[np.ix_(frames, 7 + leg.hinges)] = np.clip(angles, leg.low, leg.high)
         after = forward_kinematics(out, body)
         missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, body)
         if standing.yielding:

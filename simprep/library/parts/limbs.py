@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.humanoid import DEFAULT_BODY, SIDES, Body, humanoid_model
+from simprep.motion.limb_ik import ball_joint_angles, two_bar_bend
 from simprep.motion.rotations import axis_rotation
 
 SIGNS = {"left": 1.0, "right": -1.0}
@@ -58,19 +59,6 @@ def limb_lengths(body: Body = DEFAULT_BODY) -> LimbLengths:
     )
 
 
-def _ball_joint_angles(rotation: NDArray[np.float64], sign: float) -> NDArray[np.float64]:
-    """Flexion, abduction, rotation (..., 3) of a hip or shoulder whose child has this rotation in its parent."""
-    flexion = -np.arctan2(rotation[..., 0, 2], rotation[..., 2, 2])
-    abduction = sign * np.arcsin(np.clip(-rotation[..., 1, 2], -1.0, 1.0))
-    turn = -sign * np.arctan2(rotation[..., 1, 0], rotation[..., 1, 1])
-    return np.stack([flexion, abduction, turn], axis=-1)
-
-
-def _bend(distance: NDArray[np.float64], a: float, b: float) -> NDArray[np.float64]:
-    """Bend (0 = straight) of a two-bar linkage that spans a distance; straight where it is out of reach."""
-    return np.asarray(np.arccos(np.clip((distance**2 - a * a - b * b) / (2 * a * b), -1.0, 1.0)))
-
-
 def leg_angles(
     side: str,
     pelvis_position: NDArray[np.float64],
@@ -95,7 +83,7 @@ def leg_angles(
     lengths, sign = limb_lengths(body), SIGNS[side]
     hip = pelvis_position + pelvis_rotation @ lengths.hip[SIDES.index(side)]
     to_hip = np.einsum("tji,tj->ti", foot_rotation, hip - foot_position)  # foot frame
-    knee = _bend(np.linalg.norm(to_hip, axis=-1), lengths.thigh, lengths.shank)
+    knee = two_bar_bend(np.linalg.norm(to_hip, axis=-1), lengths.thigh, lengths.shank)
     above_sole = np.where(
         to_hip[:, 2] < 0, -1.0, 1.0
     )  # keeps the inversion within 90 deg with the heel at the buttocks
@@ -105,7 +93,7 @@ def leg_angles(
     dorsiflexion = lean - np.arctan2(behind, above)
     dorsiflexion = np.arctan2(np.sin(dorsiflexion), np.cos(dorsiflexion))
     thigh = foot_rotation @ axis_rotation("x", sign * inversion) @ axis_rotation("y", dorsiflexion - knee)
-    ball = _ball_joint_angles(np.swapaxes(pelvis_rotation, -1, -2) @ thigh, sign)
+    ball = ball_joint_angles(np.swapaxes(pelvis_rotation, -1, -2) @ thigh) * [-1.0, sign, -sign]
     return np.concatenate([ball, np.stack([knee, dorsiflexion, inversion], axis=-1)], axis=-1)
 
 
@@ -129,10 +117,11 @@ def arm_angles(
     along = reach / distance[:, None]
     outward = pole - np.sum(pole * along, axis=-1, keepdims=True) * along
     outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
-    elbow = _bend(distance, lengths.upper_arm, lengths.forearm)
+    elbow = two_bar_bend(distance, lengths.upper_arm, lengths.forearm)
     # angle at the shoulder between the upper arm and the line to the fist
     offset = np.arctan2(lengths.forearm * np.sin(elbow), lengths.upper_arm + lengths.forearm * np.cos(elbow))[:, None]
     z = -(np.cos(offset) * along + np.sin(offset) * outward)
     y = np.cross(along, outward)
     rotation = np.stack([np.cross(y, z), y, z], axis=-1)
-    return np.concatenate([_ball_joint_angles(rotation, SIGNS[side]), elbow[:, None]], axis=-1)
+    shoulder = ball_joint_angles(rotation) * [-1.0, SIGNS[side], -SIGNS[side]]
+    return np.concatenate([shoulder, elbow[:, None]], axis=-1)
