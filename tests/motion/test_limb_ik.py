@@ -37,6 +37,28 @@ def test_leg_angles_come_back_from_the_foot_pose(body):
         np.testing.assert_allclose(angles, qpos[:, 7 + leg.hinges], atol=1e-9)
 
 
+@pytest.mark.parametrize("number", [0, 1])
+def test_without_a_knee_axis_the_foot_tells_the_side_of_the_knee(number):
+    """Over the whole ranges of the hinges: the ankle inverts by less than 90 degrees."""
+    rng = np.random.default_rng(11)
+    qpos = np.tile(standing_qpos(), (400, 1))
+    qpos[:, 3:7] = rng.normal(size=(400, 4))
+    qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1, keepdims=True)
+    leg = legs()[number]
+    angles = leg.low + (leg.high - leg.low) * rng.uniform(0.1, 0.9, (400, 6))
+    angles[:, 3] = np.abs(angles[:, 3])
+    qpos[:, 7 + leg.hinges] = angles
+    before = forward_kinematics(qpos)
+    rotation = rotation_matrix(before.xquat)
+    foot = BODIES.index(f"{SIDES[number]}_foot")
+    found = solve_leg(leg, before.xpos[:, 0], rotation[:, 0], before.xpos[:, foot], rotation[:, foot])
+    np.testing.assert_allclose(found, angles, atol=1e-7)
+    qpos[:, 7 + leg.hinges] = found
+    after = forward_kinematics(qpos)
+    np.testing.assert_allclose(after.xpos[:, foot], before.xpos[:, foot], atol=1e-9)
+    np.testing.assert_allclose(rotation_matrix(after.xquat[:, foot]), rotation[:, foot], atol=1e-9)
+
+
 def test_foot_reaches_a_moved_goal_with_its_orientation_kept():
     qpos = np.tile(standing_qpos(), (1, 1))
     for leg in legs():
