@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1] / "simprep"
-FLOW = ("motion", "library", "preparation", "behavior", "duel", "physics", "metrics", "report", "study", "cli")
+FLOW = ("motion", "physics", "library", "preparation", "behavior", "duel", "metrics", "report", "study", "cli")
 BASE = ("archive", "errors", "files", "humanoid", "scene", "threads")
 
 

@@ -134,8 +134,8 @@ class Approach:
 
     def _track(self, motion: Any, output: Output) -> tuple[Any, dict[str, Any], Path]:
         from simprep.metrics.evaluate import evaluate_run
+        from simprep.physics.simulate import track
         from simprep.physics.store import save_run
-        from simprep.physics.track import track
 
         with output.progress() as bar:
             task = bar.add_task("mpc", total=round(motion.duration, 1))

@@ -71,8 +71,8 @@ class Track:
         # a bad file fails before the heavier imports
         motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds)
         from simprep.metrics.evaluate import evaluate_run
+        from simprep.physics.simulate import track
         from simprep.physics.store import save_run
-        from simprep.physics.track import track
         from simprep.report.record import provenance, write_json
 
         folder = self.out or Path("results") / "track" / f"{motion.name}_{self.controller}"

@@ -10,6 +10,7 @@ import numpy as np
 
 from simprep.duel.fight import Fight
 from simprep.duel.fight_model import FightModel
+from simprep.duel.hits import JudgedContact, judge
 from simprep.duel.labels import ASPECTS, Label
 from simprep.duel.posture import PostureChange, optimise_fight_posture
 from simprep.duel.stream import PLAYERS, DuelStream
@@ -19,10 +20,9 @@ from simprep.files import atomic_path
 from simprep.metrics.interaction import InteractionMetrics, interaction_metrics
 from simprep.metrics.interaction_distributions import Distributions, distributions
 from simprep.metrics.interaction_run import RunMetrics, fight_so_far, run_metrics, simulated_stream
-from simprep.physics.pair_hits import judge
-from simprep.physics.pair_run import PairRun
-from simprep.physics.pair_store import save_pair_run
-from simprep.physics.pair_track import track_pair
+from simprep.physics.run import Run
+from simprep.physics.simulate import simulate
+from simprep.physics.store import RUN_FILE, save_run
 
 SCHEMA = "simprep.fight/1"
 TIMELINE_S = 300.0
@@ -39,7 +39,8 @@ class FightResults:
         fps_kinematic: frames made per second of computing, both fighters at once; None where it was not timed.
         tracked: what was simulated: the fight, its postures optimised where that was wished; None without simulation.
         posture: what the optimisation changed in A and B; None without.
-        run: the simulation, its contacts judged; None without.
+        run: the simulation; None without.
+        contacts: between the fighters in it, judged.
         simulated: its metrics; None without.
     """
 
@@ -48,7 +49,8 @@ class FightResults:
     fps_kinematic: float | None = None
     tracked: Fight | None = None
     posture: tuple[PostureChange, PostureChange] | None = None
-    run: PairRun | None = None
+    run: Run | None = None
+    contacts: tuple[JudgedContact, ...] = ()
     simulated: RunMetrics | None = None
 
     def headline(self) -> dict[str, Any]:
@@ -112,10 +114,10 @@ def evaluate_fight(
     if not physics:
         return made
     tracked, posture = optimise_fight_posture(fight) if optimise else (fight, None)
-    run = track_pair(tracked.stream.players, "mpc", seed, progress=progress)
-    run = replace(run, contacts=judge(run.contacts, tracked))
+    run = simulate(tracked.stream.players, "mpc", seed, progress=progress)
+    contacts = judge(run.contacts, tracked)
     simulated = run_metrics(run, tracked, example)
-    return replace(made, tracked=tracked, posture=posture, run=run, simulated=simulated)
+    return replace(made, tracked=tracked, posture=posture, run=run, contacts=contacts, simulated=simulated)
 
 
 def save_fight(results: FightResults, folder: str | Path) -> list[Path]:
@@ -137,8 +139,8 @@ def save_fight(results: FightResults, folder: str | Path) -> list[Path]:
     if results.run is None or results.tracked is None:
         return files
     files.append(save_stream(results.tracked.stream, folder / "tracked.npz"))
-    files.append(save_pair_run(results.run, folder / "run.npz"))
-    files.append(_save_csv(folder / "contacts.csv", [_contact(asdict(one)) for one in results.run.contacts], CONTACTS))
+    files.append(save_run(results.run, folder / RUN_FILE))
+    files.append(_save_csv(folder / "contacts.csv", [_contact(one) for one in results.contacts], CONTACTS))
     if simulated := _simulated(results):
         files.append(save_stream(simulated, folder / "simulated.npz"))
     return files
@@ -210,7 +212,7 @@ def draw_fight(
     run = results.run
     falls = [] if run is None or run.fallen is None else [(run.end_s, run.fallen)]
     try:
-        files.append(fight_timeline(results.fight, folder / "timeline.png", () if run is None else run.contacts, falls))
+        files.append(fight_timeline(results.fight, folder / "timeline.png", results.contacts, falls))
     except MissingExtraError as problem:
         say(f"no time line: {problem}")
     return files
@@ -252,21 +254,20 @@ def _so_far(fight: Fight, stream: DuelStream) -> Fight:
     return replace(fight, stream=stream, actions=actions)
 
 
-def _contact(one: Mapping[str, Any]) -> dict[str, Any]:
-    force, place = one["impulse"], one["position"]
+def _contact(one: JudgedContact) -> dict[str, Any]:
     return {
-        "start_s": round(one["start_s"], 5),
-        "duration_s": round(one["duration_s"], 5),
-        "part_a": one["part_a"],
-        "part_b": one["part_b"],
-        "impulse_ns": round(float(np.linalg.norm(force)), 4),
-        **{f"impulse_{axis}_ns": round(value, 4) for axis, value in zip("xyz", force)},
-        "peak_force_n": round(one["peak_force_n"], 2),
-        "closing_speed_m_s": round(one["closing_speed"], 3),
-        "depth_mm": round(1e3 * one["depth"], 3),
-        **{f"{axis}_m": round(value, 4) for axis, value in zip("xyz", place)},
-        "verdict": one["verdict"],
-        "attacker": "" if one["attacker"] < 0 else PLAYERS[one["attacker"]],
+        "start_s": round(one.start_s, 5),
+        "duration_s": round(one.duration_s, 5),
+        "part_a": one.parts[0],
+        "part_b": one.parts[1],
+        "impulse_ns": round(one.impulse_ns, 4),
+        **{f"impulse_{axis}_ns": round(value, 4) for axis, value in zip("xyz", one.impulse)},
+        "peak_force_n": round(one.peak_force_n, 2),
+        "closing_speed_m_s": round(one.closing_speed, 3),
+        "depth_mm": round(1e3 * one.depth, 3),
+        **{f"{axis}_m": round(value, 4) for axis, value in zip("xyz", one.position)},
+        "verdict": one.verdict,
+        "attacker": "" if one.attacker < 0 else PLAYERS[one.attacker],
     }
 
 
