@@ -5,6 +5,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from simprep.physics.pair_contacts import ContactReader, Touch, merge_touches
+from simprep.physics.pair_store import read_pair_run, save_pair_run
+from simprep.physics.pair_track import PairSettings, track_pair
+from simprep.physics.track import track
 
 from simprep.errors import MotionError, MotionFileError, UnknownNameError
 from simprep.humanoid import DEFAULT_BODY, HINGES, Body, standing_qpos
@@ -16,12 +20,8 @@ from simprep.physics.controller import PdController
 from simprep.physics.falls import FallRule
 from simprep.physics.loop import simulate
 from simprep.physics.mpc import MpcSettings
-from simprep.physics.pair_contacts import ContactReader, Touch, merge_touches
-from simprep.physics.pair_store import read_pair_run, save_pair_run
-from simprep.physics.pair_track import PairSettings, track_pair
 from simprep.physics.reference import ReferenceSettings, make_reference
 from simprep.physics.run import Run
-from simprep.physics.track import track
 from simprep.scene import SceneSettings, build_scene
 
 SMALL, LARGE = Body(1.6, 55.0), Body(1.85, 95.0)
