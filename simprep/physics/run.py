@@ -34,7 +34,7 @@ class Assist:
     torque_nm: float = 0.0
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class BodyRun:
     """What one body did in a run: N simulation steps, N + 1 states.
 
@@ -91,6 +91,9 @@ class BodyRun:
     def reference_qpos(self) -> FloatArray:
         """(N + 1, nq) the reference at the times of the states."""
         return self.reference.qpos[: len(self.qpos)]
+
+    def __repr__(self) -> str:
+        return f"BodyRun({self.reference.name}, {len(self.torque)} steps)"
 
     def arrays(self) -> dict[str, NDArray[Any]]:
         """Every array by its name."""
@@ -287,8 +290,8 @@ class Run:
             arrays: dict[str, Any] = {name: value[_rows(name, first, after)] for name, value in body.arrays().items()}
             return replace(body, reference=cut(body.reference, first, last), **arrays)
 
-        begin, end = first * self.timestep, after * self.timestep
-        begun = [one for one in self.contacts if begin <= one.start_s < end]
+        begin = first * self.timestep
+        begun = [one for one in self.contacts if first <= round(one.start_s / self.timestep) < after]
         rows = slice(first, after)
         whole: dict[str, Any] = (
             {} if to_the_end else {"end": DONE, "fallen": None, "end_reason": f"steps {first} to {after} of a run"}
