@@ -15,7 +15,7 @@ and COM distances still move by a fifth."""
 FLOOR_BIT = 1
 OBJECT_BIT = 2**10
 _BODY_BITS = 9  # the collision bits between floor and objects
-MAX_BODIES = 2**_BODY_BITS - 1
+BODY_LIMIT = 2**_BODY_BITS - 1
 """Most bodies in a scene: each has a code of its own, other than 0, in the 9 collision bits that bodies share."""
 
 
@@ -43,7 +43,7 @@ class SceneSettings:
     """What the simulated world holds.
 
     Attributes:
-        bodies: who is in it, 1 to `MAX_BODIES`; the names of their parts begin with `body_prefix`.
+        bodies: who is in it, 1 to `BODY_LIMIT`; the names of their parts begin with `body_prefix`.
         obstacles: fixed boxes and pads.
         timestep: simulation step [s].
         friction: sliding friction coefficient of the floor.
@@ -81,7 +81,7 @@ def collision_bits(number: int, count: int) -> tuple[int, int]:
 
     Args:
         number: which body, from 0.
-        count: bodies in the scene, 1 to `MAX_BODIES`.
+        count: bodies in the scene, 1 to `BODY_LIMIT`.
     """
     code = number + 1
     return code << 1, FLOOR_BIT | (_code_mask(count) ^ code) << 1 | OBJECT_BIT
@@ -111,13 +111,13 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
         segments (own limbs and trunk: through the pairs listed in the model file).
 
     Raises:
-        SettingError: no body or more than `MAX_BODIES`, or a timestep outside (0, 0.02] s.
+        SettingError: no body or more than `BODY_LIMIT`, or a timestep outside (0, 0.02] s.
     """
     settings = settings or SceneSettings()
     count = len(settings.bodies)
-    if not 1 <= count <= MAX_BODIES:
+    if not 1 <= count <= BODY_LIMIT:
         raise SettingError(
-            f"{count} bodies in a scene; valid: 1 to {MAX_BODIES} (the {_BODY_BITS} collision bits of bodies tell no more apart)"
+            f"{count} bodies in a scene; valid: 1 to {BODY_LIMIT} (the {_BODY_BITS} collision bits of bodies tell no more apart)"
         )
     if not 0 < settings.timestep <= 0.02:
         raise SettingError(f"timestep {settings.timestep} s; valid: above 0, at most 0.02")

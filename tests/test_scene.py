@@ -7,8 +7,8 @@ import pytest
 from simprep.errors import SettingError
 from simprep.humanoid import DEFAULT_BODY
 from simprep.scene import (
+    BODY_LIMIT,
     FLOOR_BIT,
-    MAX_BODIES,
     OBJECT_BIT,
     Obstacle,
     SceneSettings,
@@ -32,7 +32,7 @@ def meet(one: tuple[int, int], other: tuple[int, int]) -> bool:
     return bool(one[0] & other[1] or other[0] & one[1])
 
 
-@pytest.mark.parametrize("count", [2, 3, 4, 9, 30, MAX_BODIES])
+@pytest.mark.parametrize("count", [2, 3, 4, 9, 30, BODY_LIMIT])
 def test_every_body_meets_every_other_and_never_itself(count: int) -> None:
     bits = [collision_bits(number, count) for number in range(count)]
     types, affinities = np.array(bits).T
@@ -71,6 +71,6 @@ def test_bodies_collide_with_each_other_the_floor_and_obstacles(count: int) -> N
 
 
 def test_more_bodies_than_the_bits_tell_apart_are_refused() -> None:
-    for count in (0, MAX_BODIES + 1):
+    for count in (0, BODY_LIMIT + 1):
         with pytest.raises(SettingError, match=rf"{count} bodies in a scene; valid: 1 to 511 \(the 9 collision bits"):
             build_scene(SceneSettings((DEFAULT_BODY,) * count))

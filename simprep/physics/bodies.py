@@ -13,8 +13,8 @@ from simprep.scene import body_prefix
 
 WORLD = -1
 """Owner of geoms that belong to no body."""
-FEET = ("left_foot", "right_foot")
-TRUNK = ("pelvis", "abdomen", "thorax", "neck", "head")
+_FOOT_NAMES = ("left_foot", "right_foot")
+_TRUNK_NAMES = ("pelvis", "abdomen", "thorax", "neck", "head")
 
 IntArray = NDArray[np.intp]
 
@@ -65,12 +65,12 @@ class SceneBody:
     @cached_property
     def feet(self) -> tuple[int, int]:
         """Left and right foot as indices into `segment_names`."""
-        return self.segment(FEET[0]), self.segment(FEET[1])
+        return self.segment(_FOOT_NAMES[0]), self.segment(_FOOT_NAMES[1])
 
     @cached_property
     def trunk(self) -> tuple[int, ...]:
         """Trunk, neck and head as indices into `segment_names`."""
-        return tuple(self.segment(name) for name in TRUNK)
+        return tuple(self.segment(name) for name in _TRUNK_NAMES)
 
 
 def scene_bodies(model: mujoco.MjModel) -> tuple[SceneBody, ...]:

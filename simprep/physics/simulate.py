@@ -56,7 +56,7 @@ def simulate(
 
     Args:
         motions: what each body tracks, of equal length and rate, in one frame; loops are tracked for one cycle (see
-            `simprep.motion.edit.repeat`). Up to `simprep.scene.MAX_BODIES`.
+            `simprep.motion.edit.repeat`). Up to `simprep.scene.BODY_LIMIT`.
         controller: `pd`, `mpc` (which plans all bodies jointly), or a class or function that makes one of your own
             (`simprep.physics.controller`).
         seed: of the controller's random generator.
