@@ -34,7 +34,7 @@ from simprep.physics.simulate import SimulationSettings, simulate
 from simprep.physics.store import save_run
 from simprep.report.record import provenance, write_json
 
-SCHEMA = "simprep.fight_physics_study/1"
+SCHEMA = "simprep.fight_physics_study/2"
 ARMS = ("plain", "optimised")
 SHOWN = {
     "mpjpe_mm": "MPJPE mm",
