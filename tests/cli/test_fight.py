@@ -91,7 +91,7 @@ def test_a_simulated_fight_writes_its_run_and_contacts(model, tmp_path, capsys):
     simulated = read_run(tmp_path)
     assert simulated.end_s == pytest.approx(0.6, abs=0.05)
     assert simulated == read_run(tmp_path / "run.npz")
-    assert [one.reference.name for one in simulated.bodies] == ["A", "B"]
+    assert [one.reference.name for one in simulated.bodies] == ["fight_A", "fight_B"]
     # posture optimisation moves arms and trunk, and neither root nor legs
     before, after = (read_stream(tmp_path / name).players[0].qpos for name in ("fight.npz", "tracked.npz"))
     np.testing.assert_array_equal(before[:, :7], after[:, :7])
