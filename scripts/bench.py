@@ -40,7 +40,7 @@ from simprep.humanoid import standing_qpos
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion
-from simprep.physics.track import track
+from simprep.physics.simulate import track
 from simprep.preparation import prepare
 from simprep.scene import build_scene
 

@@ -21,7 +21,7 @@ from rich.table import Table
 
 from simprep.library import library_motion
 from simprep.metrics.paired import paired_differences
-from simprep.physics.track import TrackSettings
+from simprep.physics.simulate import SimulationSettings
 from simprep.report.results import provenance, save_json
 from simprep.scene import DEFAULT_TIMESTEP_S
 from simprep.study.plan import StudyPlan
@@ -38,7 +38,7 @@ def study(timestep: float, seeds: range, targets: list[str]) -> Cases:
         controllers=("mpc",),
         seeds=tuple(seeds),
     )
-    default = TrackSettings()
+    default = SimulationSettings()
     settings = replace(default, scene=replace(default.scene, timestep=timestep))
 
     def tell(what: str, done: float) -> None:

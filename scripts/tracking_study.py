@@ -23,7 +23,7 @@ from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.edit import repeat
 from simprep.motion.load import load_motion
 from simprep.motion.motion import Motion
-from simprep.physics.track import track
+from simprep.physics.simulate import track
 from simprep.report.results import provenance, save_json
 
 CLIPS = ("walk", "run", "punch", "kick", "jump", "crawl")

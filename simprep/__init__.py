@@ -22,12 +22,15 @@ _EXPORTS = {
     "library_names": "simprep.library.registry",
     "load_motion": "simprep.motion.load",
     "prepare": "simprep.preparation.prepare",
+    "read_run": "simprep.physics.store",
     "read_stream": "simprep.duel.stream.store",
     "save_motion": "simprep.motion.store",
+    "save_run": "simprep.physics.store",
     "save_stream": "simprep.duel.stream.store",
     "scenario": "simprep.preparation.scenario",
     "segment_stream": "simprep.duel.labels.segmentation",
-    "track": "simprep.physics.track",
+    "simulate": "simprep.physics.simulate",
+    "track": "simprep.physics.simulate",
 }
 
 __all__ = ["__version__", *_EXPORTS]

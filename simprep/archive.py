@@ -16,7 +16,7 @@ from simprep.errors import MotionFileError, SimprepError
 from simprep.files import atomic_path
 
 MAX_BYTES = 300_000_000
-"""Largest content read [bytes, unpacked]: a motion of about 14 hours at 30 frames/s."""
+"""Largest content read where nothing else is said [bytes, unpacked]: a motion of about 14 hours at 30 frames/s."""
 UNREADABLE = (
     OSError, ValueError, LookupError, TypeError, AttributeError, EOFError, MemoryError, np.linalg.LinAlgError,
     zipfile.BadZipFile, zlib.error,
@@ -45,7 +45,11 @@ def write_archive(path: str | Path, header: Mapping[str, Any], arrays: Mapping[s
 
 @contextmanager
 def open_archive(
-    path: str | Path, what: str, schema: str, hints: Mapping[str, str] = MappingProxyType({})
+    path: str | Path,
+    what: str,
+    schema: str,
+    hints: Mapping[str, str] = MappingProxyType({}),
+    max_bytes: int = MAX_BYTES,
 ) -> Iterator[tuple[dict[str, Any], Any]]:
     """Header and arrays of a file written by `write_archive`; whatever goes wrong inside the block names the file.
 
@@ -54,6 +58,7 @@ def open_archive(
         what: what it should be, for the message: `duel model`.
         schema: the schema that is read.
         hints: what to say of files of other kinds, by the beginning of their schema.
+        max_bytes: largest content read [bytes, unpacked].
 
     Yields:
         the header, and the archive (a mapping of names to arrays).
@@ -65,8 +70,8 @@ def open_archive(
     try:
         with zipfile.ZipFile(path) as members:
             unpacked = sum(member.file_size for member in members.infolist())
-        if unpacked > MAX_BYTES:
-            raise MotionFileError(path, f"{unpacked // 10**6} MB unpacked; valid: up to {MAX_BYTES // 10**6} MB")
+        if unpacked > max_bytes:
+            raise MotionFileError(path, f"{unpacked // 10**6} MB unpacked; valid: up to {max_bytes // 10**6} MB")
         with np.load(path, allow_pickle=False) as archive:
             if "header" not in archive:
                 raise MotionFileError(path, f"not a {what} (no 'header' entry; schema {schema} expected)")

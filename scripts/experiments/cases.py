@@ -25,7 +25,7 @@ from simprep.metrics.evaluate import evaluate_motion, evaluate_run
 from simprep.motion.edit import cut
 from simprep.motion.motion import Motion
 from simprep.motion.store import read_motion, save_motion
-from simprep.physics.track import track
+from simprep.physics.simulate import track
 from simprep.report.results import save_json
 from simprep.scene import Obstacle
 

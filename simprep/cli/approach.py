@@ -134,8 +134,8 @@ class Approach:
 
     def _track(self, motion: Any, output: Output) -> tuple[Any, dict[str, Any], Path]:
         from simprep.metrics.evaluate import evaluate_run
-        from simprep.physics.store import save_run
-        from simprep.physics.track import track
+        from simprep.physics.simulate import track
+        from simprep.physics.store import RUN_FILE, save_run
 
         with output.progress() as bar:
             task = bar.add_task("mpc", total=round(motion.duration, 1))
@@ -145,7 +145,7 @@ class Approach:
                 self.seed,
                 progress=lambda share: bar.update(task, completed=round(share * motion.duration, 1)),
             )
-        return run, evaluate_run(run), save_run(run, self.out / "run.npz")
+        return run, evaluate_run(run), save_run(run, self.out / RUN_FILE)
 
     def _draw(self, result: "Result", task: "Task", run: Any, output: Output) -> list[Path]:
         from simprep.errors import MissingExtraError

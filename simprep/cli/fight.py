@@ -109,7 +109,7 @@ class FightCommand:
             f"{self.mode}, {fight.stream.duration:.1f} s, {len(fight.actions)} actions; model of {model.stream.name}"
         )
         if results.run is not None:
-            output.say(f"simulated: {results.run.end} at {results.run.end_s:.2f} s ({results.run.runs[0].end_reason})")
+            output.say(f"simulated: {results.run.end} at {results.run.end_s:.2f} s ({results.run.end_reason})")
         output.say(_table(content))
         output.say(f"written: {', '.join(map(str, files))}")
         return content

@@ -71,8 +71,8 @@ class Track:
         # a bad file fails before the heavier imports
         motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds)
         from simprep.metrics.evaluate import evaluate_run
-        from simprep.physics.store import save_run
-        from simprep.physics.track import track
+        from simprep.physics.simulate import track
+        from simprep.physics.store import RUN_FILE, save_run
         from simprep.report.results import provenance, save_json
 
         folder = self.out or Path("results") / "track" / f"{motion.name}_{self.controller}"
@@ -102,7 +102,7 @@ class Track:
             "assist_n": run.assist.force_n,
             **metrics,
         }
-        files = [save_run(run, folder / "run.npz")]
+        files = [save_run(run, folder / RUN_FILE)]
         if not self.no_pictures:
             files += _strip(run, folder, output)
         files.append(folder / "metrics.json")

@@ -10,7 +10,7 @@ from simprep.metrics.evaluate import evaluate_motion, evaluate_run
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.run import Run
-from simprep.physics.track import TrackSettings, track
+from simprep.physics.simulate import SimulationSettings, track
 from simprep.preparation import scenario as make_scenario
 from simprep.study.plan import Case, Condition, StudyPlan
 
@@ -57,7 +57,7 @@ def run_study(
     plan: StudyPlan,
     on_progress: Callable[[str, float], None] | None = None,
     motions_folder: Path | None = None,
-    settings: TrackSettings | None = None,
+    settings: SimulationSettings | None = None,
 ) -> Study:
     """Run every case of a plan. Ctrl-C ends the study early and keeps the finished cases.
 

@@ -16,7 +16,7 @@ from simprep.duel.model.transition_model import train
 from simprep.duel.stream.store import read_stream
 from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import PRESETS
-from simprep.physics.pair_store import read_pair_run
+from simprep.physics.store import read_run
 
 KEYS = [
     "fps_kinematic", "s_per_s", "falls_per_min", "mpjpe_mm", "penetration_mm", "foot_slip_ratio", "facing_error_deg",
@@ -88,7 +88,10 @@ def test_a_simulated_fight_writes_its_run_and_contacts(model, tmp_path, capsys):
     assert all(found[key] is not None and math.isfinite(found[key]) for key in PHYSICS if key != "foot_slip_ratio")
     written = {path.name for path in tmp_path.iterdir()}
     assert {"fight.npz", "tracked.npz", "run.npz", "simulated.npz", "contacts.csv", "actions.csv"} <= written
-    assert read_pair_run(tmp_path / "run.npz").end_s == pytest.approx(0.6, abs=0.05)
+    simulated = read_run(tmp_path)
+    assert simulated.end_s == pytest.approx(0.6, abs=0.05)
+    assert simulated == read_run(tmp_path / "run.npz")
+    assert [one.reference.name for one in simulated.bodies] == ["fight_A", "fight_B"]
     # posture optimisation moves arms and trunk, and neither root nor legs
     before, after = (read_stream(tmp_path / name).players[0].qpos for name in ("fight.npz", "tracked.npz"))
     np.testing.assert_array_equal(before[:, :7], after[:, :7])

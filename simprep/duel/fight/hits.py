@@ -1,18 +1,40 @@
 """Which contacts an attack intended: the limb that the action attacks with meets the opponent."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, fields
 
 from simprep.duel.fight.fight import Fight
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, Label
 from simprep.humanoid import SIDES
-from simprep.physics.pair_run import BLOCKED, HIT, NOBODY, UNINTENDED, FighterContact
+from simprep.physics.contacts import BodyContact
 
+HIT, BLOCKED, UNINTENDED = "hit", "blocked", "unintended"
+NOBODY = -1
 GRACE_S = 0.1
 """An attack may land this much after its action has ended [s]: a simulated limb comes a little later than planned."""
 STRIKING = {"hand": "punch", "forearm": "punch", "foot": "kick", "shank": "kick"}
 """Segments that strike, and what with; labels do not tell knee strikes from kicks, so thighs do not count."""
 ARMS = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand"))
+
+
+@dataclass(frozen=True)
+class JudgedContact(BodyContact):
+    """A contact between fighters A (body 0) and B (body 1), and what it was.
+
+    Attributes:
+        verdict: `hit`: an attack that met what it aims at; `blocked`: one that met an arm; `unintended`: anything else.
+        attacker: 0 or 1, whose attack it was; -1 for nobody's.
+        attack: which of the fight's actions that was; -1 for none.
+    """
+
+    verdict: str = UNINTENDED
+    attacker: int = NOBODY
+    attack: int = NOBODY
+
+    @property
+    def intended(self) -> bool:
+        """Whether an attack intended it, even if an arm was in its way."""
+        return self.verdict in (HIT, BLOCKED)
 
 
 def striking_aspect(part: str) -> str:
@@ -21,7 +43,7 @@ def striking_aspect(part: str) -> str:
     return f"{side}_{STRIKING[segment]}" if segment in STRIKING else ""
 
 
-def judge(contacts: Sequence[FighterContact], fight: Fight) -> tuple[FighterContact, ...]:
+def judge(contacts: Sequence[BodyContact], fight: Fight) -> tuple[JudgedContact, ...]:
     """Say of every contact whose attack intended it, if any did.
 
     `hit`: the striking segment of a limb with which a fighter's present action attacks meets head, trunk or a leg;
@@ -29,18 +51,19 @@ def judge(contacts: Sequence[FighterContact], fight: Fight) -> tuple[FighterCont
     the attack that began first. (`simprep.metrics.interaction.overlap` counts the same of poses, where nothing stops a limb.)
 
     Args:
-        contacts: between the fighters.
+        contacts: of a run of both fighters.
         fight: whose actions they performed, from the same time 0.
 
     Returns:
-        The contacts with `verdict`, `attacker` and `attack`.
+        The contacts in the same order.
     """
     return tuple(_judged(contact, fight) for contact in contacts)
 
 
-def _judged(contact: FighterContact, fight: Fight) -> FighterContact:
+def _judged(contact: BodyContact, fight: Fight) -> JudgedContact:
     claims = []
-    parts = (contact.part_a, contact.part_b)
+    parts = contact.parts
+    whole = {one.name: getattr(contact, one.name) for one in fields(BodyContact)}
     for player in (0, 1):
         aspect = striking_aspect(parts[player])
         index = _attack(fight, player, aspect, contact.start_s) if aspect else NOBODY
@@ -48,9 +71,9 @@ def _judged(contact: FighterContact, fight: Fight) -> FighterContact:
             blocked = parts[1 - player] in ARMS
             claims.append((blocked, fight.actions[index].start, player, index))
     if not claims:
-        return replace(contact, verdict=UNINTENDED, attacker=NOBODY, attack=NOBODY)
+        return JudgedContact(**whole)
     blocked, _, player, index = min(claims)
-    return replace(contact, verdict=BLOCKED if blocked else HIT, attacker=player, attack=index)
+    return JudgedContact(**whole, verdict=BLOCKED if blocked else HIT, attacker=player, attack=index)
 
 
 def _attack(fight: Fight, player: int, aspect: str, time: float) -> int:

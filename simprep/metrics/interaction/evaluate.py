@@ -7,15 +7,15 @@ from typing import Any
 import numpy as np
 
 from simprep.duel.fight.fight import Fight
-from simprep.duel.fight.hits import judge
+from simprep.duel.fight.hits import JudgedContact, judge
 from simprep.duel.fight.posture import PostureChange, optimise_fight_posture
 from simprep.duel.model.fight_model import FightModel
 from simprep.duel.stream.stream import DuelStream
 from simprep.metrics.interaction.distributions import Distributions, distributions
 from simprep.metrics.interaction.run import RunMetrics, run_metrics, simulated_stream
 from simprep.metrics.interaction.stream import InteractionMetrics, interaction_metrics
-from simprep.physics.pair_run import PairRun
-from simprep.physics.pair_track import track_pair
+from simprep.physics.run import Run
+from simprep.physics.simulate import simulate
 
 SCHEMA = "simprep.fight/1"
 
@@ -30,7 +30,8 @@ class FightResults:
         fps_kinematic: frames made per second of computing, both fighters at once; None where it was not timed.
         tracked: what was simulated: the fight, its postures optimised where that was wished; None without simulation.
         posture: what the optimisation changed in A and B; None without.
-        run: the simulation, its contacts judged; None without.
+        run: the simulation; None without.
+        contacts: between the fighters in it, judged.
         simulated: its metrics; None without.
     """
 
@@ -39,7 +40,8 @@ class FightResults:
     fps_kinematic: float | None = None
     tracked: Fight | None = None
     posture: tuple[PostureChange, PostureChange] | None = None
-    run: PairRun | None = None
+    run: Run | None = None
+    contacts: tuple[JudgedContact, ...] = ()
     simulated: RunMetrics | None = None
 
     def headline(self) -> dict[str, Any]:
@@ -110,10 +112,10 @@ def evaluate_fight(
     if not physics:
         return made
     tracked, posture = optimise_fight_posture(fight) if optimise else (fight, None)
-    run = track_pair(tracked.stream.players, "mpc", seed, progress=progress)
-    run = replace(run, contacts=judge(run.contacts, tracked))
+    run = simulate(tracked.stream.players, "mpc", seed, progress=progress)
+    contacts = judge(run.contacts, tracked)
     simulated = run_metrics(run, tracked, recorded)
-    return replace(made, tracked=tracked, posture=posture, run=run, simulated=simulated)
+    return replace(made, tracked=tracked, posture=posture, run=run, contacts=contacts, simulated=simulated)
 
 
 def fight_content(results: FightResults) -> dict[str, Any]:

@@ -13,8 +13,9 @@ from simprep.duel.stream.stream import DuelStream
 from simprep.humanoid import BODIES, SIDES
 from simprep.metrics.interaction.reactions import check_table, limb_attacks
 from simprep.motion.contacts import stances
-from simprep.physics.fighters import between_fighters, geom_owners, place
-from simprep.physics.pair_run import FighterContact
+from simprep.physics.bodies import geom_owners, scene_bodies
+from simprep.physics.contacts import BodyContact
+from simprep.physics.overlap import between_bodies, place
 from simprep.scene import SceneSettings, build_scene
 
 GROUPS = ("trunk", "left arm", "right arm", "left leg", "right leg")
@@ -86,21 +87,22 @@ class Hits:
 
 
 def overlaps(stream: DuelStream) -> Overlaps:
-    """Find all overlaps of the geoms that collide in simulation (`simprep.physics.pair_penetration`, by segment).
+    """Find all overlaps of the geoms that collide in simulation (`simprep.physics.overlap`, by segment).
 
     Args:
         stream: two people.
     """
     a, b = stream.players
     model = build_scene(SceneSettings((a.body, b.body)))
-    owner, segment = geom_owners(model)
+    bodies = scene_bodies(model)
+    owner, segment = geom_owners(model, bodies)
     data = mujoco.MjData(model)
     keys, depths = [], []
     for frame in range(len(stream)):
-        place(model, data, a.qpos[frame], b.qpos[frame])
+        place(model, data, bodies, (a.qpos[frame], b.qpos[frame]))
         if not data.ncon:
             continue
-        found = between_fighters(data.contact.geom, owner) & (data.contact.dist < 0)
+        found = between_bodies(data.contact.geom, owner) & (data.contact.dist < 0)
         if not found.any():
             continue
         geoms = data.contact.geom[found]
@@ -117,7 +119,7 @@ def overlaps(stream: DuelStream) -> Overlaps:
     return Overlaps(len(stream), frames, np.stack(np.divmod(rest, len(BODIES)), axis=1), depth)
 
 
-def recorded_contacts(contacts: Sequence[FighterContact], frames: int, fps: float) -> Overlaps:
+def recorded_contacts(contacts: Sequence[BodyContact], frames: int, fps: float) -> Overlaps:
     """Contacts that a simulation recorded, on the frames of a fight; none is too short to be on one.
 
     Args:
@@ -128,7 +130,7 @@ def recorded_contacts(contacts: Sequence[FighterContact], frames: int, fps: floa
     rows = []
     for one in contacts:
         first, last = (min(int(fps * time), frames - 1) for time in (one.start_s, one.start_s + one.duration_s))
-        pair = BODIES.index(one.part_a), BODIES.index(one.part_b)
+        pair = BODIES.index(one.parts[0]), BODIES.index(one.parts[1])
         rows += [(frame, *pair, one.depth) for frame in range(first, last + 1)]
     table = np.array(sorted(rows), dtype=np.float64).reshape(-1, 4)
     return Overlaps(frames, table[:, 0].astype(np.int64), table[:, 1:3].astype(np.int64), table[:, 3])
@@ -148,7 +150,7 @@ def count_hits(found: Overlaps, stream: DuelStream, table: IntArray, codes: IntA
         stream: two people.
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
-        grace_s: an attack may land this much after its end [s]; `pair_hits.GRACE_S` for simulated limbs, which come a little late.
+        grace_s: an attack may land this much after its end [s]; `hits.GRACE_S` for simulated limbs, which come a little late.
 
     Raises:
         MotionError: not the table of this stream.

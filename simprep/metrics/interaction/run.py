@@ -27,7 +27,7 @@ from simprep.metrics.interaction.stream import (
     stream_slip,
 )
 from simprep.motion.motion import Motion
-from simprep.physics.pair_run import PairRun
+from simprep.physics.run import Run
 
 SHORTEST_S = 0.5
 """A run that ended sooner has no metrics but its end [s]."""
@@ -69,11 +69,11 @@ class RunMetrics:
         return {key: plain(value) for key, value in asdict(self).items()}
 
 
-def run_metrics(run: PairRun, fight: Fight, recorded: Distributions | None = None) -> RunMetrics:
+def run_metrics(run: Run, fight: Fight, recorded: Distributions | None = None) -> RunMetrics:
     """Metrics of a simulated fight.
 
     Args:
-        run: what `simprep.physics.pair_track.track_pair` returned.
+        run: of both fighters (`simprep.physics.simulate.simulate`).
         fight: what was simulated; the run's time 0 is its first frame.
         recorded: what to compare labels, distances and facings with.
 
@@ -85,25 +85,25 @@ def run_metrics(run: PairRun, fight: Fight, recorded: Distributions | None = Non
         "end": run.end,
         "end_s": run.end_s,
         "falls_per_min": falls_per_minute([(run.end, run.end_s)]),
-        "penetration_before": depths(run.reference_penetration),
+        "penetration_before": depths(run.reference_overlap),
         "contacts": dict(Counter(one.verdict for one in contacts)),
         "impulse_ns": percentiles(np.array([one.impulse_ns for one in contacts])) if contacts else None,
-        "assist_n": max(one.assist.force_n for one in run.runs),
-        "s_per_s": run.runs[0].wall_s / run.end_s if run.end_s > 0 else math.nan,
+        "assist_n": run.assist.force_n,
+        "s_per_s": run.wall_s / run.end_s if run.end_s > 0 else math.nan,
     }
-    finite = all(np.isfinite(one.qpos).all() for one in run.runs)
+    finite = all(np.isfinite(one.qpos).all() for one in run.bodies)
     if run.end_s < SHORTEST_S or not finite:
         return RunMetrics(simulated=None, foot_slip_ratio=math.nan, **computed)
     stream, reference = simulated_stream(run, fight)
     table, codes = fight_so_far(fight, len(stream))
     found = interaction_metrics(stream, table, codes, recorded, reference)
     landed = count_hits(recorded_contacts(contacts, len(stream), stream.fps), stream, table, codes, GRACE_S)
-    simulated = replace(found, penetration=depths(run.penetration), hits=landed)
+    simulated = replace(found, penetration=depths(run.overlap), hits=landed)
     ratio = slip_ratio(stream_slip(stream), stream_slip(reference))
     return RunMetrics(simulated=simulated, foot_slip_ratio=ratio, **computed)
 
 
-def simulated_stream(run: PairRun, fight: Fight) -> tuple[DuelStream, DuelStream]:
+def simulated_stream(run: Run, fight: Fight) -> tuple[DuelStream, DuelStream]:
     """Simulated and tracked motions at a fight's frames, as far as the run goes.
 
     Args:
@@ -117,13 +117,14 @@ def simulated_stream(run: PairRun, fight: Fight) -> tuple[DuelStream, DuelStream
     Raises:
         SettingError: a run longer than the fight.
     """
-    fps, dt = fight.stream.fps, run.runs[0].timestep
+    fps, dt = fight.stream.fps, run.timestep
     count = math.floor(run.end_s * fps + 1e-6) + 1
     if count > len(fight.stream):
         raise SettingError(f"a run of {run.end_s:.2f} s of a fight of {len(fight.stream)} frames at {fps:g} 1/s")
-    steps = np.minimum(np.round(np.arange(count) / fps / dt).astype(int), len(run.runs[0].qpos) - 1)
+    steps = np.minimum(np.round(np.arange(count) / fps / dt).astype(int), run.steps)
     simulated, tracked = [], []
-    for name, one, planned in zip(PLAYERS, run.runs, fight.stream.players):
+    for number, (name, planned) in enumerate(zip(PLAYERS, fight.stream.players)):
+        one = run.body(number)
         measured = one.simulated_motion()
         simulated.append(Motion(measured.qpos[steps], fps, measured.contacts[steps], name=name, body=measured.body))
         feet = planned.contacts[:count]

@@ -2,19 +2,17 @@
 
 import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from simprep.duel.fight.fight import Fight
+from simprep.duel.fight.hits import JudgedContact
 from simprep.duel.labels.labels import ASPECTS, Label
 from simprep.duel.stream.store import save_stream
 from simprep.duel.stream.stream import PLAYERS
 from simprep.files import atomic_path
 from simprep.metrics.interaction.evaluate import FightResults
-from simprep.physics.pair_store import save_pair_run
+from simprep.physics.store import RUN_FILE, save_run
 
 ACTIONS = ("player", "start_s", "end_s", "moment_s", *ASPECTS, "example", "request")
 CONTACTS = (
@@ -42,8 +40,8 @@ def save_fight(results: FightResults, folder: str | Path) -> list[Path]:
     if results.run is None or results.tracked is None:
         return files
     files.append(save_stream(results.tracked.stream, folder / "tracked.npz"))
-    files.append(save_pair_run(results.run, folder / "run.npz"))
-    files.append(_save_csv(folder / "contacts.csv", [_contact(asdict(one)) for one in results.run.contacts], CONTACTS))
+    files.append(save_run(results.run, folder / RUN_FILE))
+    files.append(_save_csv(folder / "contacts.csv", [_contact(one) for one in results.contacts], CONTACTS))
     if results.simulated_stream:
         files.append(save_stream(results.simulated_stream, folder / "simulated.npz"))
     return files
@@ -74,21 +72,20 @@ def save_actions(fight: Fight, path: str | Path) -> Path:
     return _save_csv(Path(path), rows, ACTIONS)
 
 
-def _contact(one: Mapping[str, Any]) -> dict[str, Any]:
-    force, place = one["impulse"], one["position"]
+def _contact(one: JudgedContact) -> dict[str, Any]:
     return {
-        "start_s": round(one["start_s"], 5),
-        "duration_s": round(one["duration_s"], 5),
-        "part_a": one["part_a"],
-        "part_b": one["part_b"],
-        "impulse_ns": round(float(np.linalg.norm(force)), 4),
-        **{f"impulse_{axis}_ns": round(value, 4) for axis, value in zip("xyz", force)},
-        "peak_force_n": round(one["peak_force_n"], 2),
-        "closing_speed_m_s": round(one["closing_speed"], 3),
-        "depth_mm": round(1e3 * one["depth"], 3),
-        **{f"{axis}_m": round(value, 4) for axis, value in zip("xyz", place)},
-        "verdict": one["verdict"],
-        "attacker": "" if one["attacker"] < 0 else PLAYERS[one["attacker"]],
+        "start_s": round(one.start_s, 5),
+        "duration_s": round(one.duration_s, 5),
+        "part_a": one.parts[0],
+        "part_b": one.parts[1],
+        "impulse_ns": round(one.impulse_ns, 4),
+        **{f"impulse_{axis}_ns": round(value, 4) for axis, value in zip("xyz", one.impulse)},
+        "peak_force_n": round(one.peak_force_n, 2),
+        "closing_speed_m_s": round(one.closing_speed, 3),
+        "depth_mm": round(1e3 * one.depth, 3),
+        **{f"{axis}_m": round(value, 4) for axis, value in zip("xyz", one.position)},
+        "verdict": one.verdict,
+        "attacker": "" if one.attacker < 0 else PLAYERS[one.attacker],
     }
 
 

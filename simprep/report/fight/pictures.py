@@ -48,7 +48,7 @@ def draw_fight(
     run = results.run
     falls = [] if run is None or run.fallen is None else [(run.end_s, run.fallen)]
     try:
-        files.append(fight_timeline(results.fight, folder / "timeline.png", () if run is None else run.contacts, falls))
+        files.append(fight_timeline(results.fight, folder / "timeline.png", results.contacts, falls))
     except MissingExtraError as problem:
         say(f"no time line: {problem}")
     return files

@@ -52,7 +52,7 @@ def fight_timeline(
     Args:
         fight: what to draw; readable up to about a minute.
         path: the PNG file.
-        contacts: between the fighters (`simprep.physics.pair_run.FighterContact`); larger marks for larger impulses.
+        contacts: between the fighters (`simprep.duel.fight.hits.JudgedContact`); larger marks for larger impulses.
         falls: (time [s], player) of each; what comes after the first is shaded.
         depth: (T,) overlap of the fighters [m], drawn as an area.
         row_s: length of a row [s]; a fight that fits into one fills it.

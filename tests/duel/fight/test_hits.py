@@ -1,15 +1,17 @@
 """Which contacts an attack intended."""
 
+from dataclasses import fields
+
 import numpy as np
 import pytest
 
 from simprep.duel.fight.fight import Fight, FightAction
-from simprep.duel.fight.hits import GRACE_S, judge
+from simprep.duel.fight.hits import BLOCKED, GRACE_S, HIT, NOBODY, UNINTENDED, judge
 from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import DuelStream
 from simprep.humanoid import standing_qpos
 from simprep.motion.motion import Motion
-from simprep.physics.pair_run import BLOCKED, HIT, NOBODY, UNINTENDED, FighterContact
+from simprep.physics.contacts import BodyContact
 
 FPS = 60.0
 
@@ -33,8 +35,8 @@ def fight() -> Fight:
     return Fight(DuelStream((motions[0], motions[1])), actions)
 
 
-def contact(time: float, part_a: str, part_b: str) -> FighterContact:
-    return FighterContact(time, 0.05, part_a, part_b, (3.0, 0.0, 4.0), 200.0, 2.0, (0.5, 0.0, 1.4), 0.002)
+def contact(time: float, part_a: str, part_b: str) -> BodyContact:
+    return BodyContact(time, 0.05, (0, 1), (part_a, part_b), (3.0, 0.0, 4.0), 200.0, 2.0, (0.5, 0.0, 1.4), 0.002)
 
 
 @pytest.mark.parametrize(
@@ -58,7 +60,9 @@ def contact(time: float, part_a: str, part_b: str) -> FighterContact:
     ],
 )
 def test_verdicts(time: float, part_a: str, part_b: str, verdict: str, attacker: int, attack: int) -> None:
-    judged = judge([contact(time, part_a, part_b)], fight())[0]
+    touch = contact(time, part_a, part_b)
+    judged = judge([touch], fight())[0]
+    assert all(getattr(judged, field.name) == getattr(touch, field.name) for field in fields(touch))
     assert (judged.verdict, judged.attacker, judged.attack) == (verdict, attacker, attack)
     assert judged.intended == (verdict != UNINTENDED)
     assert judged.impulse_ns == 5.0

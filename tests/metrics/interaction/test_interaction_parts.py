@@ -17,8 +17,8 @@ from simprep.metrics.interaction.stability import stability
 from simprep.metrics.interaction.stitches import Stitches, compare_stitches, stitches
 from simprep.metrics.interaction.stream import depths, falls_per_minute
 from simprep.motion.motion import Motion
-from simprep.physics.pair_penetration import fighter_penetration
-from simprep.physics.pair_run import FighterContact
+from simprep.physics.contacts import BodyContact
+from simprep.physics.overlap import overlap_of_poses
 
 NEUTRAL = Label(move="L-L").code
 PUNCH = Label(move="L-L", left_punch="fwd").code
@@ -108,7 +108,7 @@ def test_chance_is_what_independent_fighters_score(coupled):
 
 def test_overlap_is_that_of_physics_whoever_is_first_and_none_at_arms_length():
     near = pair(*(standing(3, 0.2).players))
-    depth = fighter_penetration(near.players[0].qpos, near.players[1].qpos, tuple(m.body for m in near.players))
+    depth = overlap_of_poses([m.qpos for m in near.players], [m.body for m in near.players])
     found = overlaps(near)
     np.testing.assert_allclose(found.deepest, depth)
     assert depth[0] > 0.02
@@ -159,7 +159,7 @@ def test_hits_by_what_was_meant():
 
 def test_recorded_contacts_fall_on_frames():
     def contact(start, duration, a, b):
-        return FighterContact(start, duration, a, b, (1.0, 0.0, 0.0), 10.0, 1.0, (0.0, 0.0, 1.0), 0.01)
+        return BodyContact(start, duration, (0, 1), (a, b), (1.0, 0.0, 0.0), 10.0, 1.0, (0.0, 0.0, 1.0), 0.01)
 
     brief = contact(0.5, 1 / 480, "left_hand", "head")  # too short for a frame at 20 per second
     late = contact(4.9, 2.0, "head", "right_foot")  # goes on beyond the end

@@ -1,7 +1,6 @@
 """Metrics of a simulated fight: contacts, the time until a fall, and what was tracked."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,7 +11,8 @@ from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
 from simprep.metrics.interaction.run import fight_so_far, run_metrics
-from simprep.physics.pair_run import FighterContact, PairRun
+from simprep.physics.contacts import BodyContact
+from simprep.physics.run import Run
 
 NEUTRAL = Label(move="L-L").code
 PUNCH = Label(move="L-L", left_punch="fwd").code
@@ -40,18 +40,20 @@ def make_fight(seconds=2.0):
 def make_run(seconds, end="done", contacts=()):
     """Both stand 3 cm beside what they track, one in the other by 2 cm half of the time."""
     steps = round(seconds * RATE)
-    runs = []
-    for player, x in enumerate((0.0, 1.2)):
-        reference = still(steps + 1, RATE, x)
-        one = run_of(still(steps + 1, RATE, x, 0.03), reference, end)
-        runs.append(replace(one, fell_at_s=seconds if end == "fell" and player == 1 else None, wall_s=3.0 * seconds))
+    bodies = []
+    for x in (0.0, 1.2):
+        one = run_of(still(steps + 1, RATE, x, 0.03), still(steps + 1, RATE, x))
+        bodies += one.bodies
     depth = np.zeros(steps)
     depth[: steps // 2] = 0.02
-    return PairRun((runs[0], runs[1]), contacts, depth, np.full(steps, 0.05))
+    return Run(
+        tuple(bodies), "test", 0, 1 / RATE, end, "made up", 1 if end == "fell" else None, contacts, depth,
+        np.full(steps, 0.05), wall_s=3.0 * seconds,
+    )  # fmt: skip
 
 
 def contact(start, a, b, impulse=5.0):
-    return FighterContact(start, 0.05, a, b, (impulse, 0.0, 0.0), 100.0, 1.0, (0.5, 0.0, 1.2), 0.01)
+    return BodyContact(start, 0.05, (0, 1), (a, b), (impulse, 0.0, 0.0), 100.0, 1.0, (0.5, 0.0, 1.2), 0.01)
 
 
 def test_numbers_of_a_run():
