@@ -28,19 +28,19 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from simprep.behavior.influence import Influence
-from simprep.behavior.runtime import RuntimeSettings
-from simprep.behavior.runtime_approach import approach
-from simprep.behavior.runtime_leg import Task
-from simprep.behavior.runtime_world import library_world
-from simprep.duel.default_model import default_fight_model
-from simprep.duel.example_motions import ExampleMotions
-from simprep.duel.modes import begin_fight
+from simprep.controller.influence import Influence
+from simprep.controller.runtime.approach import approach
+from simprep.controller.runtime.performer import RuntimeSettings
+from simprep.controller.runtime.task import Task
+from simprep.controller.runtime.world import library_world
+from simprep.duel.fight.default_model import default_fight_model
+from simprep.duel.fight.example_motions import ExampleMotions
+from simprep.duel.fight.modes import begin_fight
 from simprep.humanoid import standing_qpos
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion
-from simprep.physics.track import track
+from simprep.physics.simulate import track
 from simprep.preparation import prepare
 from simprep.scene import build_scene
 

@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from simprep.cli.main import main as simprep
-from simprep.report.record import provenance, write_json
+from simprep.report.results import provenance, save_json
 
 WALKS = {
     "cmu": "cmu/bvh/002_01.bvh",
@@ -84,7 +84,7 @@ def main() -> int:
         effect.add_row(name, *("-" if value is None else f"{value:+.1f}" for value in medians))
     keep = ("walk", "target", "alpha", "arm", "controller", "seed", "success", "end", "fell_at_s", *SHOWN)
     summary = [{key: case.get(key) for key in keep} for case in cases]
-    path = write_json(
+    path = save_json(
         options.out / "captured.json",
         {"schema": "simprep.captured_study/1", **provenance(sys.argv), "cases": summary, "paired": paired},
     )

@@ -16,18 +16,18 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from simprep.behavior.assess import SURELY, assess, summary
-from simprep.behavior.best import measure
-from simprep.behavior.model import OUT_OF_RANGE, build_model
-from simprep.behavior.policy import Policy
-from simprep.behavior.rollout import Choice, Starts, greedy, random_starts, roll_out
-from simprep.behavior.runtime_approach import NEAR_M, near_obstacles
-from simprep.behavior.settings import ControllerSettings, LearningSettings, RewardSettings
-from simprep.behavior.spaces import ALPHA_LEVELS, ALPHA_STEP, AT_INFLUENCE, CORE_NODES
-from simprep.behavior.training import Training, run, start
-from simprep.behavior.value_iteration import arrival_probability, backup, value_iteration
+from simprep.controller.assess import SURELY, assess, summary
+from simprep.controller.best import measure
+from simprep.controller.model import OUT_OF_RANGE, build_model
+from simprep.controller.policy import Policy
+from simprep.controller.rollout import Choice, Starts, greedy, random_starts, roll_out
+from simprep.controller.runtime.approach import NEAR_M, near_obstacles
+from simprep.controller.settings import ControllerSettings, LearningSettings, RewardSettings
+from simprep.controller.spaces import ALPHA_LEVELS, ALPHA_STEP, AT_INFLUENCE, CORE_NODES
+from simprep.controller.training import Training, run, start
+from simprep.controller.value_iteration import arrival_probability, backup, value_iteration
 from simprep.report.learning_curve import plot_learning_curve
-from simprep.report.record import provenance, write_json
+from simprep.report.results import provenance, save_json
 
 CORE_SETS = {
     "default": ControllerSettings().cores,
@@ -179,7 +179,7 @@ def main() -> None:
         "learning": learned, "learning_curve": [asdict(point) for point in training.curve], "random_starts": starts,
         "between_obstacles": between, "between_obstacles_by_distance": obstacles, "best_policies": arrivals,
     }  # fmt: skip
-    write_json(arguments.out / "study.json", content)
+    save_json(arguments.out / "study.json", content)
     plot_learning_curve(
         [point.steps for point in training.curve],
         [point.mean_return for point in training.curve],

@@ -13,15 +13,15 @@ from typing import Any
 import numpy as np
 
 from simprep.duel.analysis import AnalysisSettings, analyse
-from simprep.duel.evaluation import EvaluationSettings
-from simprep.duel.example.bout import make_example
-from simprep.duel.example.presets import PRESETS, preset
-from simprep.duel.example.summary import summarise_example
-from simprep.duel.labels import ASPECTS, LEARNED_ASPECTS
-from simprep.duel.semi_tied import PRIOR_COUNT
+from simprep.duel.labels.labels import ASPECTS, LEARNED_ASPECTS
+from simprep.duel.model.evaluation import EvaluationSettings
+from simprep.duel.model.semi_tied import PRIOR_COUNT
+from simprep.duel.synthetic.make import make_synthetic
+from simprep.duel.synthetic.presets import PRESETS, preset
+from simprep.duel.synthetic.summary import summarise_synthetic
 from simprep.files import atomic_path
-from simprep.report.duel_tables import markdown_table
-from simprep.report.record import provenance, write_json
+from simprep.report.duel.tables import markdown_table
+from simprep.report.results import provenance, save_json
 
 KEPT = (
     "segments", "groups", "annotated", "cut_f1", "cut_precision", "cut_recall", "cut_error_frames", "matched_share",
@@ -33,7 +33,7 @@ KEPT = (
 def one_stream(name: str, seed: int, splits: int) -> dict[str, Any]:
     """Make, analyse and compare one stream."""
     begun = time.process_time()
-    example = make_example(preset(name), seed)
+    example = make_synthetic(preset(name), seed)
     made = time.process_time()
     curve = tuple(range(1, 9)) if seed == 1 else (3,)
     settings = AnalysisSettings(
@@ -55,7 +55,7 @@ def one_stream(name: str, seed: int, splits: int) -> dict[str, Any]:
         "proposed": {key: proposed.tables[key] for key in ("label_accuracy", "label_macro_f1", "annotated")},
         "make_cpu_s": made - begun,
         "analyse_cpu_s": analysed - made,
-        "example": summarise_example(example),
+        "example": summarise_synthetic(example),
         **{key: found.tables[key] for key in KEPT},
     }
 
@@ -143,7 +143,7 @@ def main() -> None:
             )
             given.out.mkdir(parents=True, exist_ok=True)
             content = provenance(["scripts/duel_study.py", *sys.argv[1:]])
-            write_json(given.out / "study.json", {"schema": "simprep.duel-study/1", **content, "streams": streams})
+            save_json(given.out / "study.json", {"schema": "simprep.duel-study/1", **content, "streams": streams})
             with atomic_path(given.out / "study.md") as temporary:
                 temporary.write_text(report(streams, content["command"]), encoding="utf-8")
 

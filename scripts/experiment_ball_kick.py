@@ -12,15 +12,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from simprep.behavior.influence import Influence
-from simprep.behavior.runtime_leg import Task
+from experiments.cases import Experiment, Setting
+from experiments.report import main
+from simprep.controller.influence import Influence
+from simprep.controller.runtime.task import Task
 from simprep.humanoid import BODIES
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.preparation.reference_posture import reference_posture
 from simprep.scene import Obstacle
-from simprep.study.experiment import Experiment, Setting
-from simprep.study.experiment_report import main
 
 KICK = "kick_front"
 STOPS_M = 0.35

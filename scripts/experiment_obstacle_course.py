@@ -14,13 +14,13 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from simprep.behavior.influence import Influence
-from simprep.behavior.runtime_approach import near_obstacles
-from simprep.behavior.runtime_leg import Task
+from experiments.cases import Experiment, Setting
+from experiments.report import main
+from simprep.controller.influence import Influence
+from simprep.controller.runtime.approach import near_obstacles
+from simprep.controller.runtime.task import Task
 from simprep.motion.motion import Motion
 from simprep.scene import Obstacle
-from simprep.study.experiment import Experiment, Setting
-from simprep.study.experiment_report import main
 
 TARGETS = ("duck", "jump_over_low", "crawl")
 POST_M = {"duck": 1.5, "jump_over_low": 0.2, "crawl": 1.15}

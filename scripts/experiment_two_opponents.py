@@ -15,12 +15,12 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from simprep.behavior.influence import Influence
-from simprep.behavior.runtime_leg import Task
+from experiments.cases import Experiment, Setting
+from experiments.opponents import attacker
+from experiments.report import main
+from simprep.controller.influence import Influence
+from simprep.controller.runtime.task import Task
 from simprep.motion.motion import Motion
-from simprep.study.experiment import Experiment, Setting
-from simprep.study.experiment_report import main
-from simprep.study.opponents import attacker
 
 PUNCHES = ("punch_left", "punch_right")
 SPEED_M_S = 0.6

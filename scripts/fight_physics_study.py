@@ -10,7 +10,7 @@ import argparse
 import hashlib
 import json
 import sys
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -18,23 +18,23 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
-from simprep.duel.default_model import fight_model
-from simprep.duel.example_motions import ExampleMotions
-from simprep.duel.fight import Fight
-from simprep.duel.modes import begin_fight
-from simprep.duel.posture import optimise_fight_posture
+from simprep.duel.fight.default_model import fight_model
+from simprep.duel.fight.example_motions import ExampleMotions
+from simprep.duel.fight.fight import Fight
+from simprep.duel.fight.hits import judge
+from simprep.duel.fight.modes import begin_fight
+from simprep.duel.fight.posture import optimise_fight_posture
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
 from simprep.metrics.evaluate import evaluate_run
-from simprep.metrics.interaction import falls_per_minute
-from simprep.metrics.interaction_run import run_metrics
-from simprep.physics.pair_hits import judge
-from simprep.physics.pair_run import PairRun
-from simprep.physics.pair_store import save_pair_run
-from simprep.physics.pair_track import PairSettings, track_pair
-from simprep.report.record import provenance, write_json
+from simprep.metrics.interaction.run import run_metrics
+from simprep.metrics.interaction.stream import falls_per_minute
+from simprep.physics.run import Run
+from simprep.physics.simulate import SimulationSettings, simulate
+from simprep.physics.store import save_run
+from simprep.report.results import provenance, save_json
 
-SCHEMA = "simprep.fight_physics_study/1"
+SCHEMA = "simprep.fight_physics_study/2"
 ARMS = ("plain", "optimised")
 SHOWN = {
     "mpjpe_mm": "MPJPE mm",
@@ -69,11 +69,11 @@ def bouts(count: int, seconds: float, model: Path | None) -> list[Fight]:
     return [one.fight(seconds) for one in made]
 
 
-def numbers(run: PairRun, fight: Fight) -> dict[str, Any]:
+def numbers(run: Run, fight: Fight) -> dict[str, Any]:
     """Metrics of a simulated bout; None where one does not exist."""
     found = run_metrics(run, fight)
     simulated = found.simulated
-    own = [evaluate_run(one) for one in run.runs]
+    own = [evaluate_run(run.body(number)) for number in (0, 1)]
     both = {}
     for key in PER_FIGHTER:
         values = [value for one in own if isinstance(value := one[key], float)]
@@ -81,7 +81,7 @@ def numbers(run: PairRun, fight: Fight) -> dict[str, Any]:
     return {
         "end": found.end,
         "end_s": found.end_s,
-        "end_reason": run.runs[0].end_reason,
+        "end_reason": run.end_reason,
         "fallen": run.fallen,
         "mpjpe_mm": simulated and simulated.mpjpe_mm,
         "g_mpjpe_mm": simulated and simulated.g_mpjpe_mm,
@@ -95,20 +95,20 @@ def numbers(run: PairRun, fight: Fight) -> dict[str, Any]:
         "largest_impulse_ns": max((one.impulse_ns for one in run.contacts), default=0.0),
         "largest_peak_force_n": max((one.peak_force_n for one in run.contacts), default=0.0),
         "unconverged_steps": run.unconverged_steps,
-        "rejected_samples": run.runs[0].settings["rejected_samples"],
+        "rejected_samples": run.settings["rejected_samples"],
         "assist_n": found.assist_n,
         "s_per_s": found.s_per_s,
-        "contacts": [asdict(one) for one in run.contacts],
+        "contacts": [asdict(one) for one in judge(run.contacts, fight)],
     }
 
 
-def digest(fight: Fight, arm: str, settings: PairSettings) -> str:
+def digest(fight: Fight, arm: str, settings: SimulationSettings) -> str:
     """What a case depends on, so that a stale file is not taken for it."""
     parts = [motion.qpos.tobytes() for motion in fight.stream.players]
     return hashlib.sha256(b"".join([*parts, repr((arm, settings, fight.actions)).encode()])).hexdigest()[:16]
 
 
-def case(fight: Fight, arm: str, seed: int, folder: Path, settings: PairSettings, tick: Any) -> dict[str, Any]:
+def case(fight: Fight, arm: str, seed: int, folder: Path, settings: SimulationSettings, tick: Any) -> dict[str, Any]:
     """One bout, from its file if that is of this very case."""
     path, key = folder / f"{arm}_{seed:02d}.json", digest(fight, arm, settings)
     if path.exists() and (known := json.loads(path.read_text(encoding="utf-8"))).get("case") == key:
@@ -117,11 +117,10 @@ def case(fight: Fight, arm: str, seed: int, folder: Path, settings: PairSettings
     if arm == "optimised":
         fight, changes = optimise_fight_posture(fight)
         posture = [asdict(one) for one in changes]
-    run = track_pair(fight.stream.players, "mpc", seed, settings, tick)
-    run = replace(run, contacts=judge(run.contacts, fight))
-    save_pair_run(run, folder / f"{arm}_{seed:02d}.npz")
+    run = simulate(fight.stream.players, "mpc", seed, settings, tick)
+    save_run(run, folder / f"{arm}_{seed:02d}.npz")
     content = {"case": key, "arm": arm, "seed": seed, "posture": posture, **numbers(run, fight)}
-    write_json(path, content)
+    save_json(path, content)
     return content
 
 
@@ -201,7 +200,7 @@ def main() -> int:
     parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS))
     parser.add_argument("-o", "--out", type=Path, default=Path("results/fight_physics"))
     options = parser.parse_args()
-    settings = PairSettings()
+    settings = SimulationSettings()
     folder = options.out / "cases"
     done: dict[str, list[dict[str, Any]]] = {arm: [] for arm in options.arms}
     try:
@@ -233,7 +232,7 @@ def main() -> int:
         "schema": SCHEMA, **provenance(sys.argv), "bouts": options.bouts, "seconds": options.seconds,
         "settings": asdict(settings), "summary": summaries, "cases": [one for cases in done.values() for one in cases],
     }  # fmt: skip
-    path = write_json(options.out / "fight_physics.json", content)
+    path = save_json(options.out / "fight_physics.json", content)
     text = markdown(summaries, options.seconds)
     with atomic_path(options.out / "fight_physics.md") as temporary:
         temporary.write_text(text, encoding="utf-8")

@@ -16,34 +16,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.action_features import turned
-from simprep.duel.alertness import Alertness, run
 from simprep.duel.analysis import analyse, match_actions
-from simprep.duel.avatar import Avatar, Steering, displacements
-from simprep.duel.baselines import IndependentChooser, RandomChooser
-from simprep.duel.choice import Chooser, ModelChooser
-from simprep.duel.default_model import model_analysis
-from simprep.duel.drawing import DrawingChooser
-from simprep.duel.example.bout import make_example
-from simprep.duel.example.kinds import KIND_OF, attacks, context_of
-from simprep.duel.example.presets import preset
-from simprep.duel.example.truth import Truth
-from simprep.duel.example_motions import ExampleMotions
-from simprep.duel.fight import Fight
-from simprep.duel.fight_model import FightModel
-from simprep.duel.held_out import held_out_actions, learn_before, split_frame
-from simprep.duel.labels import ASPECTS, ATTACKING_QUALIFIERS, QUALIFIERS, Label, decode
-from simprep.duel.passive import ReactingChooser, RecordedChooser
-from simprep.duel.stream import DuelStream, facing_error
-from simprep.duel.structures import REQUESTS
-from simprep.duel.synthesis import Bout
+from simprep.duel.fight.alertness import Alertness, run
+from simprep.duel.fight.avatar import Avatar, Steering, displacements
+from simprep.duel.fight.baselines import IndependentChooser, RandomChooser
+from simprep.duel.fight.choice import Chooser, ModelChooser
+from simprep.duel.fight.default_model import model_analysis
+from simprep.duel.fight.drawing import DrawingChooser
+from simprep.duel.fight.example_motions import ExampleMotions
+from simprep.duel.fight.fight import Fight
+from simprep.duel.fight.passive import ReactingChooser, RecordedChooser
+from simprep.duel.fight.synthesis import Bout
+from simprep.duel.labels.labels import ASPECTS, ATTACKING_QUALIFIERS, QUALIFIERS, Label, decode
+from simprep.duel.model.fight_model import FightModel
+from simprep.duel.model.held_out import held_out_actions, learn_before, split_frame
+from simprep.duel.model.structures import REQUESTS
+from simprep.duel.stream.stream import DuelStream, facing_error
+from simprep.duel.synthetic.kinds import KIND_OF, attacks, context_of
+from simprep.duel.synthetic.make import make_synthetic
+from simprep.duel.synthetic.presets import preset
+from simprep.duel.synthetic.truth import Truth
 from simprep.files import atomic_path
-from simprep.metrics.interaction import interaction_metrics
-from simprep.metrics.interaction_distributions import KINDS, Distributions, distributions, js_distances, pooled
-from simprep.metrics.interaction_stitches import Stitches, compare_stitches, stitches
+from simprep.metrics.interaction.distributions import KINDS, Distributions, distributions, js_distances, pooled
+from simprep.metrics.interaction.stitches import Stitches, compare_stitches, stitches
+from simprep.metrics.interaction.stream import interaction_metrics
 from simprep.motion.edit import yaw
-from simprep.report.duel_tables import markdown_table
-from simprep.report.record import provenance, write_json
+from simprep.motion.turns import turned
+from simprep.report.duel.tables import markdown_table
+from simprep.report.results import provenance, save_json
 
 IntArray = NDArray[np.int64]
 FloatArray = NDArray[np.float64]
@@ -94,7 +94,7 @@ class Setup:
 
 def set_up(name: str, seed: int) -> Setup:
     """Make the stream, analyse it, learn from two thirds."""
-    example = make_example(preset(name), seed)
+    example = make_synthetic(preset(name), seed)
     found = analyse(example.stream, np.random.default_rng(seed), truth=example.truth, settings=model_analysis())
     whole = FightModel(found.model, example.stream)
     model = learn_before(whole, split_frame(whole))
@@ -465,7 +465,7 @@ def main() -> None:
     for part in given.parts:
         study[part] = PARTS[part](setup, given.bouts, given.seconds, tell)
     given.out.mkdir(parents=True, exist_ok=True)
-    write_json(given.out / "study.json", study)
+    save_json(given.out / "study.json", study)
     with atomic_path(given.out / "study.md") as temporary:
         temporary.write_text(report(study, content["command"]), encoding="utf-8")
     print(given.out / "study.md")

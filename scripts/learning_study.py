@@ -18,15 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.progress import track
 
-from simprep.behavior.assess import assess
-from simprep.behavior.best import measure
-from simprep.behavior.displacement import DisplacementTable
-from simprep.behavior.model import QuantisedModel, build_model
-from simprep.behavior.policy import Policy
-from simprep.behavior.sarsa import Learner, allowed_values, learn, new_learner
-from simprep.behavior.settings import ControllerSettings, LearningSettings
-from simprep.behavior.spaces import ALPHA_LEVELS, ALPHA_STEP, GOAL_ANGLES, INFLUENCE_ANGLES
-from simprep.behavior.value_iteration import (
+from simprep.controller.assess import assess
+from simprep.controller.best import measure
+from simprep.controller.displacement import DisplacementTable
+from simprep.controller.model import QuantisedModel, build_model
+from simprep.controller.policy import Policy
+from simprep.controller.sarsa import Learner, allowed_values, learn, new_learner
+from simprep.controller.settings import ControllerSettings, LearningSettings
+from simprep.controller.spaces import ALPHA_LEVELS, ALPHA_STEP, GOAL_ANGLES, INFLUENCE_ANGLES
+from simprep.controller.value_iteration import (
     AT_GOAL,
     Backup,
     backup,
@@ -36,7 +36,7 @@ from simprep.behavior.value_iteration import (
     value_iteration,
 )
 from simprep.files import atomic_path
-from simprep.report.record import provenance, write_json
+from simprep.report.results import provenance, save_json
 
 SETTINGS = ControllerSettings()
 LEAST_TRIED = 1e6  # so large a confidence makes the number of updates decide
@@ -222,7 +222,7 @@ def main() -> None:
         "command": " ".join(["python", "scripts/learning_study.py", *sys.argv[1:]]),
         "soft_optimum": soft_optimum(LearningSettings().explore), "standing_cost": standing_cost(), "trainings": rows,
     }  # fmt: skip
-    write_json(arguments.out / "learning.json", content)
+    save_json(arguments.out / "learning.json", content)
     with atomic_path(arguments.out / "learning.md") as temporary:
         temporary.write_text(markdown(rows, arguments.millions, content), encoding="utf-8")
     print(f"written: {arguments.out / 'learning.json'}, {arguments.out / 'learning.md'}")

@@ -2,7 +2,7 @@
 
 Run: python scripts/sbu_study.py ../shared/data/pairs/sbu_pairs.npz [-o results/sbu.json]
 
-The measures are those of simprep.duel.strikes, so the built-in streams can be put beside them.
+The measures are those of `sbu.strikes`, so the built-in streams can be put beside them.
 """
 
 import argparse
@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from simprep.duel.sbu import ATTACKS, SbuPairs, acting_found, classify_acting, read_sbu, strikes
-from simprep.duel.strikes import reach
-from simprep.report.record import provenance, write_json
+from sbu.interactions import ATTACKS, SbuPairs, acting_found, classify_acting, read_sbu, strikes
+from sbu.strikes import reach
+from simprep.report.results import provenance, save_json
 
 # Who attacks, told by eye from stick figures of six moments of each clip before any rule was tried.
 # ?: the arms were not tracked.
@@ -33,7 +33,7 @@ ACTING = {int(clip): who for text, who in ((ACTING_A, "A"), (ACTING_B, "B"), (UN
 
 
 def rules(pairs: SbuPairs, clip: int) -> dict[str, int]:
-    """Who acts by several rules; `reach` is that of the library."""
+    """Who acts by several rules; `reach` is that of `sbu.strikes`."""
     track = pairs.track(clip)
     gap = track.root[:, ::-1] - track.root
     gap[..., 2] = 0.0
@@ -127,7 +127,7 @@ def main() -> None:
             print(f"{kind:6s} {key:18s}", np.round(value, 2))
     if arguments.out:
         command = f"python scripts/sbu_study.py {' '.join(sys.argv[1:])}"
-        write_json(
+        save_json(
             arguments.out, {"schema": "simprep.sbu-study/1", **provenance(sys.argv[1:]), "command": command, **result}
         )
 

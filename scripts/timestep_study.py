@@ -21,8 +21,8 @@ from rich.table import Table
 
 from simprep.library import library_motion
 from simprep.metrics.paired import paired_differences
-from simprep.physics.track import TrackSettings
-from simprep.report.record import provenance, write_json
+from simprep.physics.simulate import SimulationSettings
+from simprep.report.results import provenance, save_json
 from simprep.scene import DEFAULT_TIMESTEP_S
 from simprep.study.plan import StudyPlan
 from simprep.study.validate import run_study
@@ -38,7 +38,7 @@ def study(timestep: float, seeds: range, targets: list[str]) -> Cases:
         controllers=("mpc",),
         seeds=tuple(seeds),
     )
-    default = TrackSettings()
+    default = SimulationSettings()
     settings = replace(default, scene=replace(default.scene, timestep=timestep))
 
     def tell(what: str, done: float) -> None:
@@ -46,7 +46,7 @@ def study(timestep: float, seeds: range, targets: list[str]) -> Cases:
             print(f"{timestep:.5f} s: {int(done)}/{len(plan.cases())} {what}", file=sys.stderr, flush=True)
 
     result = run_study(plan, tell, settings=settings)
-    return {(item.case.scenario.slug, item.case.seed): dict(item.metrics) for item in result.results}
+    return {(item.case.condition.slug, item.case.seed): dict(item.metrics) for item in result.results}
 
 
 def median(values: list[Any]) -> float | None:
@@ -117,7 +117,7 @@ def main() -> int:
         "failed_half": sum(not c["success"] for c in half.values()), "metrics": rows,
         "cases": [{"scenario": key[0], "seed": key[1], "whole": whole[key], "half": half[key]} for key in sorted(whole)],
     }  # fmt: skip
-    path = write_json(options.out / "timestep.json", content)
+    path = save_json(options.out / "timestep.json", content)
     Console(width=170).print(show(rows, options.targets))
     print(f"{rows[0]['n']} of {len(whole)} cases succeeded at both steps; written: {path}")
     return 0

@@ -23,8 +23,8 @@ from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.edit import repeat
 from simprep.motion.load import load_motion
 from simprep.motion.motion import Motion
-from simprep.physics.track import track
-from simprep.report.record import provenance, write_json
+from simprep.physics.simulate import track
+from simprep.report.results import provenance, save_json
 
 CLIPS = ("walk", "run", "punch", "kick", "jump", "crawl")
 LOOPED_S = 6.0
@@ -109,7 +109,7 @@ def main() -> int:
             *("-" if value is None else f"{value:.2f}" if index in (3, 5) else f"{value:.0f}" for index, value in enumerate(cells)),
         )  # fmt: skip
     content = {"schema": "simprep.tracking_study/1", **provenance(sys.argv), "summary": summaries, "runs": rows}
-    path = write_json(options.out / "tracking.json", content)
+    path = save_json(options.out / "tracking.json", content)
     Console(width=130).print(table)
     text = markdown(summaries)
     with atomic_path(options.out / "tracking.md") as temporary:

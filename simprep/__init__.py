@@ -10,24 +10,27 @@ __version__ = "0.1.0"
 
 _EXPORTS = {
     "Body": "simprep.humanoid",
-    "DuelStream": "simprep.duel.stream",
+    "DuelStream": "simprep.duel.stream.stream",
     "Motion": "simprep.motion.motion",
     "PreparationSettings": "simprep.preparation.settings",
     "Run": "simprep.physics.run",
     "SimprepError": "simprep.errors",
     "evaluate_motion": "simprep.metrics.evaluate",
     "evaluate_run": "simprep.metrics.evaluate",
-    "import_pair": "simprep.duel.import_pair",
+    "import_pair": "simprep.duel.stream.import_pair",
     "library_motion": "simprep.library.registry",
     "library_names": "simprep.library.registry",
     "load_motion": "simprep.motion.load",
     "prepare": "simprep.preparation.prepare",
-    "read_stream": "simprep.duel.stream_store",
+    "read_run": "simprep.physics.store",
+    "read_stream": "simprep.duel.stream.store",
     "save_motion": "simprep.motion.store",
-    "save_stream": "simprep.duel.stream_store",
+    "save_run": "simprep.physics.store",
+    "save_stream": "simprep.duel.stream.store",
     "scenario": "simprep.preparation.scenario",
-    "segment_stream": "simprep.duel.segmentation",
-    "track": "simprep.physics.track",
+    "segment_stream": "simprep.duel.labels.segmentation",
+    "simulate": "simprep.physics.simulate",
+    "track": "simprep.physics.simulate",
 }
 
 __all__ = ["__version__", *_EXPORTS]

@@ -21,7 +21,7 @@ from simprep.errors import MotionFileError, SimprepError
 from simprep.files import atomic_path
 
 MAX_BYTES = 300_000_000
-"""Largest content read [bytes, unpacked]: a motion of about 14 hours at 30 frames/s."""
+"""Largest content read where nothing else is said [bytes, unpacked]: a motion of about 14 hours at 30 frames/s."""
 SMALL_BYTES = 30_000_000
 """As much is unpacked of the smallest file [bytes]."""
 MAX_PACKING = 100
@@ -60,6 +60,7 @@ def open_archive(
     schema: str,
     hints: Mapping[str, str] = MappingProxyType({}),
     foreign: Callable[[Collection[str]], str | None] = lambda _: None,
+    max_bytes: int = MAX_BYTES,
 ) -> Iterator[tuple[dict[str, Any], Any]]:
     """Header and arrays of a file written by `write_archive`; whatever goes wrong inside the block names the file.
 
@@ -69,6 +70,7 @@ def open_archive(
         schema: the schema that is read.
         hints: what to say of files of other kinds, by the beginning of their schema.
         foreign: what to say of a file without a header, by the names of its entries; None for nothing.
+        max_bytes: largest content read [bytes, unpacked].
 
     Yields:
         the header, and the archive (a mapping of names to arrays).
@@ -76,7 +78,7 @@ def open_archive(
     Raises:
         MotionFileError: as `open_arrays`; not a file of ours, another schema version, or refused in the block.
     """
-    with open_arrays(path, what) as archive:
+    with open_arrays(path, what, max_bytes) as archive:
         if "header" not in archive:
             kind = foreign(archive.files) or f"not a {what} (no 'header' entry; schema {schema} expected)"
             raise MotionFileError(path, kind)
@@ -89,12 +91,13 @@ def open_archive(
 
 
 @contextmanager
-def open_arrays(path: str | Path, what: str) -> Iterator[Any]:
+def open_arrays(path: str | Path, what: str, max_bytes: int = MAX_BYTES) -> Iterator[Any]:
     """Arrays of any .npz, checked before memory is taken; whatever goes wrong inside the block names the file.
 
     Args:
         path: the file.
         what: what it should be, for the message.
+        max_bytes: largest content read [bytes, unpacked].
 
     Yields:
         the archive (a mapping of names to arrays).
@@ -105,7 +108,7 @@ def open_arrays(path: str | Path, what: str) -> Iterator[Any]:
     path = Path(path)
     try:
         with zipfile.ZipFile(path) as members:
-            _check_members(path, members)
+            _check_members(path, members, max_bytes)
         with np.load(path, allow_pickle=False) as archive:
             yield archive
     except MotionFileError:
@@ -118,10 +121,10 @@ def open_arrays(path: str | Path, what: str) -> Iterator[Any]:
         raise MotionFileError(path, f"not a readable {what} ({type(error).__name__}: {str(error)[:300]})") from None
 
 
-def _check_members(path: Path, members: zipfile.ZipFile) -> None:
+def _check_members(path: Path, members: zipfile.ZipFile, max_bytes: int) -> None:
     """Refuse what would take more memory than the file is worth: packed zeros, shapes that nothing stands behind."""
     unpacked = sum(member.file_size for member in members.infolist())
-    most = min(MAX_BYTES, max(SMALL_BYTES, MAX_PACKING * path.stat().st_size))
+    most = min(max_bytes, max(SMALL_BYTES, MAX_PACKING * path.stat().st_size))
     if unpacked > most:
         raise MotionFileError(path, f"{unpacked // 10**6} MB unpacked; valid: up to {most // 10**6} MB for its size")
     for member in members.infolist():

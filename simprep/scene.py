@@ -1,7 +1,7 @@
-"""Scenes: a floor, one or two humanoids, obstacles and pads, built with `mujoco.MjSpec`."""
+"""Scenes: a floor, any number of bodies, obstacles and pads, built with `mujoco.MjSpec`."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -14,6 +14,9 @@ DEFAULT_TIMESTEP_S = 1.0 / 480.0
 and COM distances still move by a fifth."""
 FLOOR_BIT = 1
 OBJECT_BIT = 2**10
+_BODY_BITS = 9  # the collision bits between floor and objects
+BODY_LIMIT = 2**_BODY_BITS - 1
+"""Most bodies in a scene: each has a code of its own, other than 0, in the 9 collision bits that bodies share."""
 
 
 @dataclass(frozen=True)
@@ -40,7 +43,7 @@ class SceneSettings:
     """What the simulated world holds.
 
     Attributes:
-        bodies: one humanoid, or two (their parts are then prefixed `a_` and `b_`).
+        bodies: who is in it, 1 to `BODY_LIMIT`; the names of their parts begin with `body_prefix`.
         obstacles: fixed boxes and pads.
         timestep: simulation step [s].
         friction: sliding friction coefficient of the floor.
@@ -52,63 +55,73 @@ class SceneSettings:
     friction: float = 1.0
 
 
-def build_scene(settings: SceneSettings | None = None) -> Any:
+def body_prefix(number: int, count: int) -> str:
+    """What the names of a body's parts begin with: nothing where it is alone, else `a_`, `b_` ... `z_`, `aa_`, `ab_` ...
+
+    Args:
+        number: which body, from 0.
+        count: bodies in the scene.
+    """
+    if count == 1:
+        return ""
+    letters = ""
+    while number >= 0:
+        number, letter = divmod(number, 26)
+        letters = chr(ord("a") + letter) + letters
+        number -= 1
+    return letters + "_"
+
+
+def collision_bits(number: int, count: int) -> tuple[int, int]:
+    """MuJoCo's `contype` and `conaffinity` of a body's geoms: it meets floor, objects and every other body, never itself.
+
+    A body's type is its number, counted from 1, as a binary code; its affinity is the complement of it. A code has a
+    bit in the complement of any other code, or the other way round, and none in its own: so a few bits tell many
+    bodies apart.
+
+    Args:
+        number: which body, from 0.
+        count: bodies in the scene, 1 to `BODY_LIMIT`.
+    """
+    code = number + 1
+    return code << 1, FLOOR_BIT | (_code_mask(count) ^ code) << 1 | OBJECT_BIT
+
+
+def _code_mask(count: int) -> int:
+    return int(2 ** count.bit_length() - 1)
+
+
+def build_scene(settings: SceneSettings | None = None) -> mujoco.MjModel:
     """Compile a scene (see `scene_spec`).
 
     Args:
         settings: bodies, obstacles, timestep, friction.
-
-    Returns:
-        mujoco.MjModel.
     """
     return scene_spec(settings).compile()
 
 
-def scene_spec(settings: SceneSettings | None = None) -> Any:
+def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
     """Editable scene.
 
     Args:
         settings: bodies, obstacles, timestep, friction.
 
     Returns:
-        mujoco.MjSpec. Fighters collide with the floor, the objects and each other, never with their own
-        neighbouring segments (own limbs and trunk: through the pairs listed in the model file).
+        The scene. Bodies collide with the floor, the objects and each other, never with their own neighbouring
+        segments (own limbs and trunk: through the pairs listed in the model file).
 
     Raises:
-        SettingError: no body or more than two, or a timestep outside (0, 0.02] s.
+        SettingError: no body or more than `BODY_LIMIT`, or a timestep outside (0, 0.02] s.
     """
     settings = settings or SceneSettings()
-    if not 1 <= len(settings.bodies) <= 2:
-        raise SettingError(f"{len(settings.bodies)} bodies in a scene; valid: 1 or 2")
+    count = len(settings.bodies)
+    if not 1 <= count <= BODY_LIMIT:
+        raise SettingError(
+            f"{count} bodies in a scene; valid: 1 to {BODY_LIMIT} (the {_BODY_BITS} collision bits of bodies tell no more apart)"
+        )
     if not 0 < settings.timestep <= 0.02:
         raise SettingError(f"timestep {settings.timestep} s; valid: above 0, at most 0.02")
-    if len(settings.bodies) == 1:
-        spec = humanoid_spec(settings.bodies[0])
-    else:
-        spec = humanoid_spec(settings.bodies[0])
-        only = mujoco.MjSpec()
-        only.option = spec.option
-        # MuJoCo 4.0.0's Newton solver with sparse Jacobians, its choice for so many velocities, fails to converge in some
-        # steps with several contacts between the fighters: tens of kN out of nothing. Dense ones cost the same here.
-        only.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
-        only.visual.headlight.ambient = spec.visual.headlight.ambient
-        only.visual.headlight.diffuse = spec.visual.headlight.diffuse
-        only.visual.map.znear = spec.visual.map.znear
-        only.visual.global_.offwidth, only.visual.global_.offheight = (
-            spec.visual.global_.offwidth, spec.visual.global_.offheight
-        )  # fmt: skip
-        only.compiler.degree = spec.compiler.degree
-        # floor and obstacles are as hard as beside one humanoid, whose file sets the default
-        for name in ("condim", "solref", "solimp", "friction"):
-            setattr(only.default.geom, name, getattr(spec.default.geom, name))
-        for number, body in enumerate(settings.bodies):
-            fighter = humanoid_spec(body)
-            own, other = 2 ** (1 + number), 2 ** (2 - number)
-            for geom in fighter.geoms:
-                if geom.contype:
-                    geom.contype, geom.conaffinity = own, FLOOR_BIT | other | OBJECT_BIT
-            only.attach(fighter, prefix="ab"[number] + "_", frame=only.worldbody.add_frame())
-        spec = only
+    spec = humanoid_spec(settings.bodies[0]) if count == 1 else _bodies_spec(settings.bodies)
     spec.option.timestep = settings.timestep
     spec.add_texture(
         name="floor", type=mujoco.mjtTexture.mjTEXTURE_2D, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
@@ -122,18 +135,46 @@ def scene_spec(settings: SceneSettings | None = None) -> Any:
     )  # fmt: skip
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.5])
     floor.material = "floor"
-    floor.contype, floor.conaffinity = FLOOR_BIT, 2**1 | 2**2
+    # two bits at least: a body that is alone has the one that the model file gives it
+    any_body = _code_mask(max(count, 2)) << 1
+    floor.contype, floor.conaffinity = FLOOR_BIT, any_body
     floor.friction = [settings.friction, 0.005, 0.0001]
     for obstacle in settings.obstacles:
-        _add_obstacle(spec, obstacle)
+        _add_obstacle(spec, obstacle, any_body)
     spec.worldbody.add_light(pos=[0, 0, 4], dir=[0, 0, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)
     return spec
 
 
-def _add_obstacle(spec: Any, obstacle: Obstacle) -> None:
+def _bodies_spec(bodies: Sequence[Body]) -> mujoco.MjSpec:
+    """Several bodies in one world, each with its prefix and its collision bits."""
+    first = humanoid_spec(bodies[0])
+    spec = mujoco.MjSpec()
+    spec.option = first.option
+    # MuJoCo 4.0.0's Newton solver with sparse Jacobians, its choice for so many velocities, fails to converge in some
+    # steps with several contacts between two bodies: tens of kN out of nothing. Dense ones cost the same there.
+    spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
+    spec.visual.headlight.ambient = first.visual.headlight.ambient
+    spec.visual.headlight.diffuse = first.visual.headlight.diffuse
+    spec.visual.map.znear = first.visual.map.znear
+    spec.visual.global_.offwidth = first.visual.global_.offwidth
+    spec.visual.global_.offheight = first.visual.global_.offheight
+    spec.compiler.degree = first.compiler.degree
+    # floor and obstacles are as hard as beside one body, whose file sets the default
+    for name in ("condim", "solref", "solimp", "friction"):
+        setattr(spec.default.geom, name, getattr(first.default.geom, name))
+    for number, body in enumerate(bodies):
+        own = humanoid_spec(body)
+        for geom in own.geoms:
+            if geom.contype:
+                geom.contype, geom.conaffinity = collision_bits(number, len(bodies))
+        spec.attach(own, prefix=body_prefix(number, len(bodies)), frame=spec.worldbody.add_frame())
+    return spec
+
+
+def _add_obstacle(spec: mujoco.MjSpec, obstacle: Obstacle, any_body: int) -> None:
     shape = mujoco.mjtGeom.mjGEOM_SPHERE if obstacle.ball else mujoco.mjtGeom.mjGEOM_BOX
     geom = spec.worldbody.add_geom(name=obstacle.name, type=shape, pos=obstacle.position, size=obstacle.half_size)
-    geom.contype, geom.conaffinity = OBJECT_BIT, 2**1 | 2**2
+    geom.contype, geom.conaffinity = OBJECT_BIT, any_body
     geom.rgba = np.array([0.75, 0.25, 0.25, 1.0] if obstacle.soft else [0.55, 0.45, 0.35, 1.0])
     if obstacle.soft:
         # direct form: stiffness and damping per kg of effective mass; priority so the pad decides

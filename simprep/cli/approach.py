@@ -11,9 +11,9 @@ from simprep.cli import output as output_module
 from simprep.cli.output import Output, print_result
 
 if TYPE_CHECKING:
-    from simprep.behavior.influence import Influence
-    from simprep.behavior.runtime_approach import Approach as Result
-    from simprep.behavior.runtime_leg import Task
+    from simprep.controller.influence import Influence
+    from simprep.controller.runtime.approach import Approach as Result
+    from simprep.controller.runtime.task import Task
 
 HEADLINE = ("reached", "time_s", "alpha_at_influence", "max_alpha_jump", "fps")
 """Keys of `--json` that other tools rely on."""
@@ -74,17 +74,17 @@ class Approach:
         goal = parse_point(self.goal, "--goal")
         sources = parse_influences(self.influence or (self.goal,), self.target)
 
-        from simprep.behavior.policy import load_policy
-        from simprep.behavior.runtime import RuntimeSettings
-        from simprep.behavior.runtime_approach import approach
-        from simprep.behavior.runtime_leg import Task
-        from simprep.behavior.runtime_world import library_world
+        from simprep.controller.policy import read_policy
+        from simprep.controller.runtime.approach import approach
+        from simprep.controller.runtime.performer import RuntimeSettings
+        from simprep.controller.runtime.task import Task
+        from simprep.controller.runtime.world import library_world
         from simprep.metrics.evaluate import evaluate_motion
         from simprep.motion.store import save_motion
-        from simprep.report.record import provenance, write_json
+        from simprep.report.results import provenance, save_json
 
         names = [self.target, *(name for source in sources for name in source.targets)]
-        policy = None if self.policy is None else load_policy(self.policy)
+        policy = None if self.policy is None else read_policy(self.policy)
         world = library_world(names, RuntimeSettings(optimise=not self.no_optimise), policy, not self.no_prepare)
         task = Task(goal, self.target, tuple(sources))
         result = approach(world, [task])
@@ -118,7 +118,7 @@ class Approach:
         content["warnings"] = output.warnings
         files.append(self.out / "metrics.json")
         content["files"] = [path.name for path in files]
-        write_json(self.out / "metrics.json", content)
+        save_json(self.out / "metrics.json", content)
         where = "not reached" if result.time_s is None else f"reached after {result.time_s:.2f} s"
         output.say(f"goal {where}, {len(result.actions)} actions; launch at {content['launch_s']} s")
         at = (
@@ -134,8 +134,8 @@ class Approach:
 
     def _track(self, motion: Any, output: Output) -> tuple[Any, dict[str, Any], Path]:
         from simprep.metrics.evaluate import evaluate_run
-        from simprep.physics.store import save_run
-        from simprep.physics.track import track
+        from simprep.physics.simulate import track
+        from simprep.physics.store import RUN_FILE, save_run
 
         with output.progress() as bar:
             task = bar.add_task("mpc", total=round(motion.duration, 1))
@@ -145,7 +145,7 @@ class Approach:
                 self.seed,
                 progress=lambda share: bar.update(task, completed=round(share * motion.duration, 1)),
             )
-        return run, evaluate_run(run), save_run(run, self.out / "run.npz")
+        return run, evaluate_run(run), save_run(run, self.out / RUN_FILE)
 
     def _draw(self, result: "Result", task: "Task", run: Any, output: Output) -> list[Path]:
         from simprep.errors import MissingExtraError
@@ -202,7 +202,7 @@ def parse_influences(texts: Sequence[str], target: str) -> "list[Influence]":
     Raises:
         SettingError: malformed, or probabilities that cannot be.
     """
-    from simprep.behavior.influence import Influence
+    from simprep.controller.influence import Influence
     from simprep.errors import SettingError
 
     places: dict[tuple[float, float], dict[str, float]] = {}

@@ -36,7 +36,7 @@ class FightCommand:
     """Another seed, another fight (default 0)."""
 
     model: Annotated[Path | None, tyro.conf.arg(metavar="DIR", help_behavior_hint="")] = None
-    """Folder that `simprep duel analyze` wrote, or the model.npz in it (default: the built-in one)."""
+    """Folder that `simprep duel analyse` wrote, or the model.npz in it (default: the built-in one)."""
 
     requests: Annotated[Path | None, tyro.conf.arg(metavar="CSV", help_behavior_hint="")] = None
     """Timed requests of the interactive mode: columns time_s, action (kick, left punch, ...), x_m, y_m (where to be)."""
@@ -47,7 +47,7 @@ class FightCommand:
     no_physics: bool = False
     """Do not simulate the fight."""
 
-    no_posture_optimization: bool = False
+    no_optimise: Annotated[bool, tyro.conf.arg(aliases=("--no-posture-optimization",))] = False
     """Simulate the fight as synthesised, without optimising both fighters' postures before."""
 
     no_pictures: bool = False
@@ -65,12 +65,14 @@ class FightCommand:
 
     def _run(self, output: Output) -> dict[str, Any]:
         asked = self._checked()
-        from simprep.duel.default_model import fight_model
-        from simprep.duel.example_motions import ExampleMotions
-        from simprep.duel.fight_model import model_doubts
-        from simprep.duel.modes import begin_fight
-        from simprep.report.record import provenance, write_json
-        from simprep.study.fight import draw_fight, evaluate_fight, example_distributions, fight_content, save_fight
+        from simprep.duel.fight.default_model import fight_model
+        from simprep.duel.fight.example_motions import ExampleMotions
+        from simprep.duel.fight.modes import begin_fight
+        from simprep.duel.model.fight_model import model_doubts
+        from simprep.metrics.interaction.evaluate import evaluate_fight, fight_content, recorded_distributions
+        from simprep.report.fight.files import save_fight
+        from simprep.report.fight.pictures import draw_fight
+        from simprep.report.results import provenance, save_json
 
         with output.progress() as bar:
             task = bar.add_task("model", total=1.0)
@@ -88,9 +90,9 @@ class FightCommand:
             bar.update(task, description="metrics" if self.no_physics else "simulation", completed=0.0)
             results = evaluate_fight(
                 fight,
-                example_distributions(model),
+                recorded_distributions(model),
                 not self.no_physics,
-                not self.no_posture_optimization,
+                not self.no_optimise,
                 self.seed,
                 lambda share: bar.update(task, completed=share),
                 len(fight.stream) / wall_s,
@@ -102,19 +104,19 @@ class FightCommand:
             files += draw_fight(results, folder, PICTURES, output.warn)
         files.append(folder / "metrics.json")
         whole = {**provenance(output_module.arguments), **fight_content(results)}
-        write_json(files[-1], {**whole, "warnings": output.warnings, "files": [path.name for path in files]})
+        save_json(files[-1], {**whole, "warnings": output.warnings, "files": [path.name for path in files]})
         output.say(
             f"{self.mode}, {fight.stream.duration:.1f} s, {len(fight.actions)} actions; model of {model.stream.name}"
         )
         if results.run is not None:
-            output.say(f"simulated: {results.run.end} at {results.run.end_s:.2f} s ({results.run.runs[0].end_reason})")
+            output.say(f"simulated: {results.run.end} at {results.run.end_s:.2f} s ({results.run.end_reason})")
         output.say(_table(content))
         output.say(f"written: {', '.join(map(str, files))}")
         return content
 
     def _checked(self) -> tuple[Any, ...]:
-        from simprep.duel.modes import LONGEST_S
-        from simprep.duel.requests import read_requests
+        from simprep.duel.fight.modes import LONGEST_S
+        from simprep.duel.fight.requests import read_requests
         from simprep.errors import SettingError
 
         if not 0.1 <= self.seconds <= LONGEST_S:

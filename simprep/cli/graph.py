@@ -32,9 +32,9 @@ class Graph:
         print_result(self.json, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
-        from simprep.behavior.graph import GraphSettings
-        from simprep.behavior.graph_file import save_graph
-        from simprep.behavior.runtime_world import library_graph
+        from simprep.controller.graph import GraphSettings
+        from simprep.controller.graph_store import save_graph
+        from simprep.controller.runtime.world import library_graph
         from simprep.errors import MissingExtraError
         from simprep.library.registry import library_entries
         from simprep.report.graph_figure import plot_graph

@@ -33,6 +33,9 @@ Command = (
     | Annotated[library.Library, tyro.conf.subcommand("library", description=library.DESCRIPTION)]
 )
 
+FORMER_NAMES = {("duel", "analyze"): "analyse", ("duel", "example"): "synthetic"}
+"""Subcommands that had another name, which still works."""
+
 DESCRIPTION = """Preparation motions and interactions for simulated humanoids, validated by physics in MuJoCo.
 
 Example: simprep validate"""
@@ -58,7 +61,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             Command,  # type: ignore[arg-type]
             prog="simprep",
             description=DESCRIPTION,
-            args=arguments or ["--help"],
+            args=_with_present_names(arguments) or ["--help"],
             config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
         )
         command.run()
@@ -74,6 +77,13 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     return OK
+
+
+def _with_present_names(arguments: list[str]) -> list[str]:
+    for (command, former), present in FORMER_NAMES.items():
+        if arguments[:2] == [command, former]:
+            return [command, present, *arguments[2:]]
+    return arguments
 
 
 def _keep_gl_out_of_import() -> None:

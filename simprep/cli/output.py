@@ -41,7 +41,7 @@ class Output:
     def result(self, content: Mapping[str, Any] | Sequence[Any]) -> None:
         """Print the machine-readable result, where it was asked for; NaN and infinity become null."""
         if self.as_json:
-            from simprep.report.record import jsonable
+            from simprep.report.results import jsonable
 
             self._stdout.write(json.dumps(jsonable(content), allow_nan=False) + "\n")
             self._stdout.flush()

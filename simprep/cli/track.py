@@ -71,9 +71,9 @@ class Track:
         # a bad file fails before the heavier imports
         motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds)
         from simprep.metrics.evaluate import evaluate_run
-        from simprep.physics.store import save_run
-        from simprep.physics.track import track
-        from simprep.report.record import provenance, write_json
+        from simprep.physics.simulate import track
+        from simprep.physics.store import RUN_FILE, save_run
+        from simprep.report.results import provenance, save_json
 
         folder = self.out or Path("results") / "track" / f"{motion.name}_{self.controller}"
         with output.progress() as bar:
@@ -102,13 +102,13 @@ class Track:
             "assist_n": run.assist.force_n,
             **metrics,
         }
-        files = [save_run(run, folder / "run.npz")]
+        files = [save_run(run, folder / RUN_FILE)]
         if not self.no_pictures:
             files += _strip(run, folder, output)
         files.append(folder / "metrics.json")
         content["warnings"] = output.warnings
         content["files"] = [path.name for path in files]
-        write_json(folder / "metrics.json", content)
+        save_json(folder / "metrics.json", content)
         output.say(f"{motion.name} with {run.controller}: {run.end} at {run.end_s:.2f} s ({run.end_reason})")
         output.say(_table(content))
         output.say(f"written: {', '.join(map(str, files))}")

@@ -10,8 +10,8 @@ from simprep.cli import output as output_module
 from simprep.cli.output import Output, print_result
 
 if TYPE_CHECKING:
-    from simprep.behavior.policy import Policy
-    from simprep.behavior.training import Training
+    from simprep.controller.policy import Policy
+    from simprep.controller.training import Training
 
 HEADLINE = ("steps", "wall_s", "states", "mean_return", "optimal_share")
 """Keys of `--json` that other tools rely on."""
@@ -66,10 +66,10 @@ class Train:
 
         import numpy as np
 
-        from simprep.behavior.assess import assess, random_approaches
-        from simprep.behavior.policy import save_policy
+        from simprep.controller.assess import assess, random_approaches
+        from simprep.controller.policy import save_policy
         from simprep.errors import SettingError
-        from simprep.report.record import provenance, write_json
+        from simprep.report.results import provenance, save_json
 
         if not 1 <= self.starts <= 1_000_000:
             raise SettingError(f"--starts {self.starts}; valid: 1 to 1000000")
@@ -95,16 +95,16 @@ class Train:
         content["warnings"] = output.warnings
         files.append(self.out / "metrics.json")
         content["files"] = [path.name for path in files]
-        write_json(self.out / "metrics.json", content)
+        save_json(self.out / "metrics.json", content)
         _say(output, content)
         output.say(f"written: {', '.join(map(str, files))}")
         return content
 
     def _train(self, output: Output) -> tuple["Training", "Policy"]:
-        from simprep.behavior.best import measure
-        from simprep.behavior.settings import ControllerSettings, LearningSettings, RewardSettings
-        from simprep.behavior.training import resume, run, save_training, start
         from simprep.cli.resolve import resolve_motion
+        from simprep.controller.best import measure
+        from simprep.controller.settings import ControllerSettings, LearningSettings, RewardSettings
+        from simprep.controller.training import resume, run, save_training, start
         from simprep.preparation.settings import PreparationSettings
 
         settings = ControllerSettings(

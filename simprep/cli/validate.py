@@ -75,9 +75,9 @@ class Validate:
     def _run(self, output: Output) -> dict[str, Any]:
         plan = self._plan(output)  # a bad file fails before the imports
         from simprep.study.pictures import draw_study
+        from simprep.study.store import mark_unfinished, save_study, study_content
         from simprep.study.tables import study_tables
         from simprep.study.validate import run_study
-        from simprep.study.write import mark_unfinished, study_record, write_study
 
         mark_unfinished(plan, self.out, output_module.arguments)
         motions = self.out / "motions"
@@ -87,12 +87,12 @@ class Validate:
         files = [*study.files]
         if not self.no_pictures and study.results:
             files += draw_study(study, self.out, output.warn)
-        write_study(study, self.out, output_module.arguments, files, output.warnings)
+        save_study(study, self.out, output_module.arguments, files, output.warnings)
         for table in study_tables(study):
             output.say(table)
         output.say(f"{len(study.results)} of {len(plan.cases())} cases in {study.wall_s:.0f} s")
         output.say(f"written: {self.out}: metrics.json and {len(files)} more files")
-        return study_record(study)
+        return study_content(study)
 
     def _plan(self, output: Output) -> "StudyPlan":
         from simprep.cli.resolve import resolve_motion

@@ -1,6 +1,6 @@
 """From a stream to a model: segmentation, labels, structures, transition model and its evaluation, in one go.
 
-Where the truth of an example stream is known, a tenth of the actions counts as annotated by a person who follows the
+Where the truth of a synthetic stream is known, a tenth of the actions counts as annotated by a person who follows the
 proposals, and every stage is compared with the truth.
 """
 
@@ -12,18 +12,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.annotations import Annotations
-from simprep.duel.evaluation import EvaluationSettings, evaluate, evaluate_labels
-from simprep.duel.example.truth import Truth
-from simprep.duel.label_scores import AspectScore, cross_validate, score
-from simprep.duel.labelling import LabelResult, label_stream, propose, stream_features, train_labels
-from simprep.duel.labels import ASPECTS, LEARNED_ASPECTS, QUALIFIERS, decode
-from simprep.duel.rules import move_rule, react_rule
-from simprep.duel.segmentation import Cuts, Segmentation, segment_stream, stream_kinematics
-from simprep.duel.stream import DuelStream
-from simprep.duel.stream_tracks import pair_tracks
-from simprep.duel.structures import CoupledGraph, couple, link_actions
-from simprep.duel.transition_model import DuelModel, TrainingSettings, train
+from simprep.duel.labels.annotations import Annotations
+from simprep.duel.labels.labelling import LabelResult, label_stream, propose, stream_features, train_labels
+from simprep.duel.labels.labels import ASPECTS, LEARNED_ASPECTS, QUALIFIERS, decode
+from simprep.duel.labels.rules import move_rule, react_rule
+from simprep.duel.labels.scores import AspectScore, cross_validate, score
+from simprep.duel.labels.segmentation import Cuts, Segmentation, segment_stream, stream_kinematics
+from simprep.duel.model.evaluation import EvaluationSettings, evaluate, evaluate_labels
+from simprep.duel.model.structures import CoupledGraph, couple, link_actions
+from simprep.duel.model.tracks import pair_tracks
+from simprep.duel.model.transition_model import DuelModel, TrainingSettings, train
+from simprep.duel.stream.stream import DuelStream
+from simprep.duel.synthetic.truth import Truth
 from simprep.errors import SettingError
 from simprep.motion.contacts import detect_contacts
 from simprep.threads import one_thread
@@ -97,7 +97,7 @@ def analyse(
         stream: two people.
         rng: chooses what is annotated from the truth, folds and splits.
         annotate: gives a person's annotations of the table of actions; None: the truth annotates.
-        truth: of an example stream; every stage is then compared with it.
+        truth: of a synthetic stream; every stage is then compared with it.
         cuts: that a person has edited; None: those found.
         settings: None for the defaults.
         progress: called with the name of each stage (`STAGES`) as it begins.
@@ -206,7 +206,7 @@ def compare_with_truth(
     }
     player, start, end, clip = truth.table.T
     graph = couple(link_actions(player, start, end, truth.codes, clip))
-    tables = evaluate_labels(graph, rng, splits, truth.policies)
+    tables = evaluate_labels(graph, rng, splits, truth.generators)
     ceiling = tables["label_logprob"]["truth"]
     return {
         "cut_f1": found,

@@ -11,23 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.humanoid import SIDES
-from simprep.library.curves import Curve, key_curve
 from simprep.library.entry import Entry
-from simprep.library.feet import FootPath, Stance, ankle_height
-from simprep.library.limbs import SIGNS
-from simprep.library.target import (
+from simprep.library.parts.feet import FootPath, Stance, ankle_height
+from simprep.library.parts.limbs import SIGNS
+from simprep.library.parts.movement import (
     HANGING,
     UPRIGHT,
     ArmKey,
     ArmPose,
-    Target,
+    Movement,
     arm_keys,
     between,
-    build_target,
+    build_movement,
     curve,
     degrees_curve,
     support_point,
 )
+from simprep.motion.curves import Curve, key_curve
 from simprep.motion.motion import Motion
 
 READY_S, TARGET_S = 0.70, 0.90
@@ -91,8 +91,8 @@ def crawl(style: CrawlStyle | None = None, name: str = "crawl") -> Motion:
         "lumbar_flexion": style.lumbar_deg, "thorax_flexion": style.thorax_deg, "neck_flexion": -style.neck_deg,
         "head_flexion": -14,
     }  # fmt: skip
-    return build_target(
-        Target(
+    return build_movement(
+        Movement(
             name=name,
             duration=end,
             feet=feet,

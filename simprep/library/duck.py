@@ -9,15 +9,15 @@ from dataclasses import dataclass
 import numpy as np
 
 from simprep.library.entry import Entry
-from simprep.library.feet import FootPath, Stance
-from simprep.library.target import (
+from simprep.library.parts.feet import FootPath, Stance
+from simprep.library.parts.movement import (
     GUARD_LEAD,
     GUARD_REAR,
     HANGING,
     UPRIGHT,
-    Target,
+    Movement,
     arm_keys,
-    build_target,
+    build_movement,
     curve,
     degrees_curve,
     shared_pressure,
@@ -86,8 +86,8 @@ def duck(style: DuckStyle | None = None, name: str = "duck") -> Motion:
         )
         for own in (GUARD_LEAD, GUARD_REAR)
     ]  # fmt: skip
-    return build_target(
-        Target(
+    return build_movement(
+        Movement(
             name=name,
             duration=end,
             feet=(FootPath("left", (left,)), FootPath("right", (right,), pitch=heel)),

@@ -8,6 +8,8 @@ from simprep.motion.edit import mirror
 from simprep.motion.motion import Motion
 
 FAMILIES = ("locomotion", "guard", "punch", "kick", "block", "dodge", "crawl", "duck", "jump")
+FPS = 60.0
+"""Frame rate of every built-in motion [1/s]."""
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from simprep.motion.edit import loop_displacement, repeat, yaw
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import rotation_matrix
+from simprep.motion.turns import turned
 
 
 @dataclass(frozen=True)
@@ -122,5 +123,5 @@ def _travel(motion: Motion) -> tuple[float, float, float]:
         turn, step = loop_displacement(motion)
     else:
         turn, step = float(heading[-1] - heading[0]), motion.qpos[-1, :2] - motion.qpos[0, :2]
-    c, s = np.cos(heading[0]), np.sin(heading[0])
-    return float(c * step[0] + s * step[1]), float(c * step[1] - s * step[0]), turn
+    forward, left = turned(step, -heading[0])
+    return float(forward), float(left), turn

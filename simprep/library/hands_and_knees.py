@@ -14,14 +14,14 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import BODIES, LEG_JOINTS, N_QPOS, SIDES, hinge_index
-from simprep.library.curves import FPS, key_curve, minimum_jerk
-from simprep.library.entry import Entry
-from simprep.library.feet import FootPath, Stance
-from simprep.library.limbs import SIGNS, arm_angles, leg_angles, limb_lengths
-from simprep.library.posture import RELAXED, Pose, key_poses
+from simprep.library.entry import FPS, Entry
+from simprep.library.parts.feet import FootPath, Stance
+from simprep.library.parts.limbs import SIGNS, arm_angles, leg_angles, limb_lengths
+from simprep.library.parts.movement import degrees_curve
+from simprep.library.parts.posture import RELAXED, Pose, key_poses
+from simprep.library.parts.whole_body import check_limits
 from simprep.library.stand import CENTRE_M
-from simprep.library.target import degrees_curve
-from simprep.library.whole_body import check_limits
+from simprep.motion.curves import key_curve, minimum_jerk
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import axis_rotation

@@ -12,12 +12,12 @@ import numpy as np
 from scipy.interpolate import BPoly
 
 from simprep.humanoid import GRAVITY, SIDES
-from simprep.library.curves import Curve
 from simprep.library.entry import Entry
-from simprep.library.feet import FootPath, Stance
-from simprep.library.limbs import SIGNS
-from simprep.library.posture import RELAXED
-from simprep.library.target import UPRIGHT, Target, build_target, degrees_curve
+from simprep.library.parts.feet import FootPath, Stance
+from simprep.library.parts.limbs import SIGNS
+from simprep.library.parts.movement import UPRIGHT, Movement, build_movement, degrees_curve
+from simprep.library.parts.posture import RELAXED
+from simprep.motion.curves import Curve
 from simprep.motion.motion import Motion
 
 
@@ -112,8 +112,8 @@ def jump(style: JumpStyle | None = None, name: str = "jump") -> Motion:
     folded = {"lumbar_flexion": 14, "thorax_flexion": 12, "neck_flexion": -25, "head_flexion": -5}
     stretched = {"lumbar_flexion": -2, "thorax_flexion": -3, "neck_flexion": -4}
     absorbing = {"lumbar_flexion": 12, "thorax_flexion": 10, "neck_flexion": -18}
-    return build_target(
-        Target(
+    return build_movement(
+        Movement(
             name=name,
             duration=end,
             feet=(feet[0], feet[1]),

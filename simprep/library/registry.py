@@ -4,47 +4,29 @@ from functools import cache
 from itertools import chain
 
 from simprep.errors import UnknownNameError
-from simprep.library import (
-    block,
-    crawl,
-    dodge,
-    duck,
-    guard,
-    hands_and_knees,
-    hook,
-    jump,
-    kick,
-    kick_round,
-    kick_side,
-    knee,
-    punch,
-    stand,
-    steps,
-    straight,
-    uppercut,
-    walk,
-    walk_directions,
-    walk_transitions,
-)
+from simprep.library import crawl, duck, hands_and_knees, jump, stand
+from simprep.library.boxing import block, dodge, guard, hook, jab_and_cross, punch, uppercut
 from simprep.library.cache import cached_motion
 from simprep.library.entry import Entry
+from simprep.library.kicks import front, knee, roundhouse, side
+from simprep.library.walking import directions, steps, transitions, walk
 from simprep.motion.motion import Motion
 
 _MODULES = (
     stand,
     walk,
-    walk_directions,
-    walk_transitions,
+    directions,
+    transitions,
     steps,
     punch,
-    straight,
+    jab_and_cross,
     hook,
     uppercut,
     block,
     dodge,
-    kick,
-    kick_round,
-    kick_side,
+    front,
+    roundhouse,
+    side,
     knee,
     guard,
     crawl,

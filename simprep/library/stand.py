@@ -3,12 +3,11 @@
 import numpy as np
 
 from simprep.humanoid import SIDES
-from simprep.library.curves import FPS
-from simprep.library.entry import Entry
-from simprep.library.feet import FootPath, Stance
-from simprep.library.limbs import SIGNS
-from simprep.library.posture import RELAXED, hinge_angles, set_hinges, trunk_rotation
-from simprep.library.whole_body import Plan, solve_whole_body
+from simprep.library.entry import FPS, Entry
+from simprep.library.parts.feet import FootPath, Stance
+from simprep.library.parts.limbs import SIGNS
+from simprep.library.parts.posture import RELAXED, hinge_angles, set_hinges, trunk_rotation
+from simprep.library.parts.whole_body import Plan, solve_whole_body
 from simprep.motion.motion import Motion
 
 PERIOD_S = 4.0

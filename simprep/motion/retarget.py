@@ -1,20 +1,18 @@
 """Inverse kinematics of whole clips with `mink`: our joints to their targets, within their limits, over the floor."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import Any
 
 import mink
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from simprep.errors import MotionError
 from simprep.humanoid import ARM_JOINTS, BODIES, SIDES, Body, hinge_index, humanoid_model
+from simprep.motion.closed_form import closed_form
 from simprep.motion.footholds import knee_offset
-from simprep.motion.limb_paths import Limb, limb_path
-from simprep.motion.targets import ORIENTED, Targets, frame_from, unit
+from simprep.motion.targets import ORIENTED, Targets, unit
 
 LARGEST_STEP = 0.5
 """A step that turns anything by more is shortened [rad]; the next one goes on."""
@@ -237,76 +235,6 @@ class Floor:
             mujoco.mj_jac(self.model, data, self._jacobian, None, points[number], int(self.body[number]))
             rows[row] = -self._jacobian[2]
         return rows, height[close]
-
-
-def closed_form(targets: Targets, body: Body) -> NDArray[np.float64]:
-    """Poses near the targets in closed form, from which the iterations start; no frame starts from another.
-
-    Trunk: the rotation from pelvis to chest, half to each spine joint; from chest to head, half to neck and head. Limbs:
-    see `simprep.motion.limb_paths`. Feet and hands: Euler angles of their orientation against shank and forearm.
-
-    Args:
-        targets: where the joints should be.
-        body: the humanoid.
-
-    Returns:
-        (T, 44) qpos within the limits.
-    """
-    model = humanoid_model(body)
-    at = {name: targets.positions[:, number] for number, name in enumerate(BODIES)}
-    pelvis = frame_from(at["left_thigh"] - at["right_thigh"], at["abdomen"] - at["pelvis"])
-    thorax = frame_from(at["left_upper_arm"] - at["right_upper_arm"], at["neck"] - at["thorax"])
-    qpos = np.tile(model.qpos0, (len(targets.positions), 1))
-    qpos[:, :3] = at["pelvis"]
-    qpos[:, 3:7] = Rotation.from_matrix(pelvis).as_quat(scalar_first=True)
-
-    def put(name: str, angle: NDArray[np.float64]) -> None:
-        index = hinge_index(name)
-        qpos[:, 7 + index] = np.clip(angle, *model.jnt_range[1 + index])
-
-    half = Rotation.from_rotvec(Rotation.from_matrix(np.swapaxes(pelvis, -1, -2) @ thorax).as_rotvec() / 2)
-    flexion, bending, rotation = half.as_euler("YXZ").T
-    for segment in ("lumbar", "thorax"):
-        put(f"{segment}_flexion", flexion)
-        put(f"{segment}_bending", -bending)
-        put(f"{segment}_rotation", rotation)
-    if targets.oriented[0]:
-        head = np.swapaxes(thorax, -1, -2) @ targets.orientations[:, 0]
-        flexion, bending, rotation = Rotation.from_matrix(head).as_euler("YXZ").T
-        put("neck_bending", -bending)
-        for segment in ("neck", "head"):
-            put(f"{segment}_flexion", flexion / 2)
-            put(f"{segment}_rotation", rotation / 2)
-    for number, (side, sign) in enumerate((("left", 1.0), ("right", -1.0))):
-        arm = _limb_into(qpos, model, targets, thorax, (f"{side}_upper_arm", f"{side}_forearm", f"{side}_hand"))
-        if targets.oriented[1 + number]:
-            hand = np.swapaxes(arm, -1, -2) @ targets.orientations[:, 1 + number]
-            pronation, flexion, deviation = Rotation.from_matrix(hand).as_euler("ZXY").T
-            put(f"{side}_forearm_pronation", -sign * pronation)
-            put(f"{side}_wrist_flexion", -sign * flexion)
-            put(f"{side}_wrist_deviation", -deviation)
-        leg = _limb_into(qpos, model, targets, pelvis, (f"{side}_thigh", f"{side}_shank", f"{side}_foot"))
-        if targets.oriented[3 + number]:
-            foot = np.swapaxes(leg, -1, -2) @ targets.orientations[:, 3 + number]
-            flexion, inversion, _ = Rotation.from_matrix(foot).as_euler("YXZ").T
-            put(f"{side}_ankle_dorsiflexion", -flexion)
-            put(f"{side}_ankle_inversion", -sign * inversion)
-    return qpos
-
-
-def _limb_into(
-    qpos: NDArray[np.float64], model: Any, targets: Targets, parent: NDArray[np.float64], names: tuple[str, str, str]
-) -> NDArray[np.float64]:
-    """Fill in a limb's four hinges; returns the orientations of its second bone (T, 3, 3)."""
-    first, middle, distal = (1 + BODIES.index(name) for name in names)
-    limb = Limb.of_model(model, first, middle, distal)
-    place = [targets.positions[:, body - 1] for body in (first, middle, distal)]
-    bones = [np.einsum("tji,tj->ti", parent, unit(b - a)) for a, b in pairwise(place)]
-    angles = limb_path(limb, bones[0], bones[1], targets.fps)
-    shoulder = int(model.jnt_qposadr[model.body_jntadr[first]])
-    elbow = int(model.jnt_qposadr[model.body_jntadr[middle]])
-    qpos[:, shoulder : shoulder + 3], qpos[:, elbow] = angles[:, :3], angles[:, 3]
-    return np.asarray(parent @ limb.orientation(angles))
 
 
 def solve(

@@ -1,73 +1,126 @@
-"""What a controller is: something that turns the simulated state into servo targets. And the plain one, `pd`."""
+"""What a controller is: something that turns the simulated state into servo targets. And the plain one, `pd`.
 
-from collections.abc import Sequence
+A controller of your own is any class or function that takes a `ControlTask` and returns an object with the three
+members of `Controller`:
+
+    class Still:
+        name = "still"
+
+        def __init__(self, task: ControlTask) -> None:
+            self._targets = np.zeros(task.model.nu)
+
+        def target(self, step: int, data: mujoco.MjData) -> np.ndarray:
+            return self._targets
+
+        def settings(self) -> dict[str, object]:
+            return {}
+
+    run = simprep.track(walk, controller=Still)
+"""
+
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.physics.fighters import Fighter, fighter_of_scene
+from simprep.physics.bodies import SceneBody
 from simprep.physics.reference import Reference
+from simprep.scene import SceneSettings
+
+
+@dataclass(frozen=True)
+class ControlTask:
+    """What a controller is asked to do.
+
+    Attributes:
+        model: of the simulated world; read only. A step lasts `model.opt.timestep` [s].
+        scene: what the model was built from.
+        bodies: where each body's state and actuators are in the model.
+        references: what each body is to track, one state for each step.
+        seed: for the controller's random generator; the same seed must give the same targets.
+    """
+
+    model: mujoco.MjModel
+    scene: SceneSettings
+    bodies: tuple[SceneBody, ...]
+    references: tuple[Reference, ...]
+    seed: int
 
 
 class Controller(Protocol):
-    """Chooses servo targets at every simulation step; it never touches the state or applies forces."""
+    """Chooses servo targets at every simulation step; it never touches the state or applies forces.
+
+    One that simulates by itself may say in an attribute `simulation_s` how much computing time that took so far [s].
+    """
 
     name: str
+    """For tables, files and the record."""
 
-    def target(self, step: int, data: Any) -> NDArray[np.float64]:
+    def target(self, step: int, data: mujoco.MjData) -> NDArray[np.float64]:
         """Servo targets for the coming step.
 
         Args:
-            step: index of the current state in the reference.
-            data: mujoco.MjData, read only.
+            step: index of the current state in the references.
+            data: the current state; read only.
 
         Returns:
-            (37,) of one fighter, (74,) of two [rad].
+            (model.nu,) joint angles [rad], the actuators of all bodies.
         """
         ...
 
     def settings(self) -> dict[str, Any]:
-        """Configuration, for the record."""
+        """Configuration in JSON's types, for the record; asked when the run has ended."""
         ...
 
 
-def feedforward_targets(reference: Reference, model: Any, fighter: Fighter) -> NDArray[np.float64]:
+class ControllerFactory(Protocol):
+    """Makes the controller of one run: a class, or a function."""
+
+    def __call__(self, task: ControlTask, /) -> Controller:
+        """Make it.
+
+        Args:
+            task: what it has to do.
+        """
+        ...
+
+
+def feedforward_targets(reference: Reference, model: mujoco.MjModel, body: SceneBody) -> NDArray[np.float64]:
     """Servo targets that reproduce the reference's velocity: q* + (kd / kp) q̇*.
 
     A servo with torque kp (u - q) - kd q̇ brakes a joint that moves as it should unless the target leads by this much.
 
     Args:
         reference: what to track, N + 1 steps.
-        model: mujoco.MjModel of the scene.
-        fighter: who tracks it.
+        model: of the scene.
+        body: who tracks it.
 
     Returns:
-        (N + 1, 37) [rad]. Entry k is the target during step k, taken at its end.
+        (N + 1, controls) [rad]. Entry k is the target during step k, taken at its end.
     """
-    kp = model.actuator_gainprm[fighter.controls, 0]
-    kd = -model.actuator_biasprm[fighter.controls, 2]
-    targets = reference.qpos[:, 7:] + (kd / kp) * reference.qvel[:, 6:]
+    kp = model.actuator_gainprm[body.controls, 0]
+    kd = -model.actuator_biasprm[body.controls, 2]
+    targets = reference.qpos[:, body.joint_qpos] + (kd / kp) * reference.qvel[:, body.joint_qvel]
     return np.concatenate([targets[1:], targets[-1:]])
 
 
-@dataclass
 class PdController:
-    """Joint servos to the reference, nothing else: the papers' servo and an honest lower bound."""
+    """Joint servos to the reference, nothing else: the papers' servo and an honest lower bound.
 
-    references: Sequence[Reference]
-    model: Any
-    name: str = "pd"
+    Args:
+        task: what to track.
+    """
 
-    def __post_init__(self) -> None:
-        targets = [
-            feedforward_targets(reference, self.model, fighter_of_scene(number))
-            for number, reference in enumerate(self.references)
-        ]
-        self._targets = np.concatenate(targets, axis=1)
+    name = "pd"
 
-    def target(self, step: int, data: Any) -> NDArray[np.float64]:
+    def __init__(self, task: ControlTask) -> None:
+        self._targets = np.concatenate(
+            [feedforward_targets(one, task.model, body) for one, body in zip(task.references, task.bodies)], axis=1
+        )
+
+    def target(self, step: int, data: mujoco.MjData) -> NDArray[np.float64]:
         """Servo targets for the coming step (see `Controller.target`)."""
         return np.asarray(self._targets[step])
 

@@ -1,12 +1,11 @@
 """When a simulated run is over before its time: falls and divergence."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
 
-from simprep.physics.fighters import Fighter
+from simprep.physics.bodies import SceneBody
 from simprep.physics.ground import GroundReader
 from simprep.physics.reference import Reference
 
@@ -24,20 +23,22 @@ class FallRule:
     clearance: float = 0.10
 
 
-def fall(data: Any, fighter: Fighter, reference: Reference, step: int, ground: GroundReader, rule: FallRule) -> str:
-    """The rule by which a fighter's state is a fall, in words; empty if it is none.
+def fall(
+    data: mujoco.MjData, body: SceneBody, reference: Reference, step: int, ground: GroundReader, rule: FallRule
+) -> str:
+    """The rule by which a body's state is a fall, in words; empty if it is none.
 
     Args:
-        data: mujoco.MjData after the step.
-        fighter: whose state.
+        data: after the step.
+        body: whose state.
         reference: what it tracks.
         step: index of the state in the reference.
-        ground: of this fighter.
+        ground: of this body.
         rule: what counts as a fall.
     """
-    heights = data.xpos[fighter.bodies, 2]
+    heights = data.xpos[body.segments, 2]
     goal = reference.kinematics.xpos[step - 1, :, 2]  # xpos belongs to the state before the step
-    for name, index in (("pelvis", 0), ("head", 4)):
+    for name, index in (("pelvis", 0), ("head", body.segment("head"))):
         if heights[index] < goal[index] - rule.drop:
             return f"the {name} is {goal[index] - heights[index]:.2f} m lower than the reference's"
     for index, name in ground.trunk_contacts(data):
@@ -54,11 +55,11 @@ _BAD_WARNINGS = (
 )
 
 
-def divergence(data: Any) -> str:
+def divergence(data: mujoco.MjData) -> str:
     """Why the last step is not data, in words; empty if it is.
 
     Args:
-        data: mujoco.MjData after the step.
+        data: after the step.
     """
     # MuJoCo resets a state that turned NaN by itself, so finite numbers alone prove nothing
     for kind in _BAD_WARNINGS:

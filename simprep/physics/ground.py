@@ -1,17 +1,14 @@
 """What the floor and the obstacles do to the body: forces, centre of pressure, penetration, touching trunk."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import BODIES, FEET
-from simprep.physics.fighters import Fighter
+from simprep.physics.bodies import SceneBody
 
 LEAST_LOAD_N = 20.0
-_TRUNK = ("pelvis", "abdomen", "thorax", "neck", "head")
 
 
 @dataclass(frozen=True)
@@ -32,28 +29,28 @@ class GroundReading:
 
 
 class GroundReader:
-    """Reads contacts between one humanoid and the world from MjData; holds index maps only.
+    """Reads contacts between one body and the world; holds index maps only.
 
     Args:
-        model: mujoco.MjModel of the scene.
-        fighter: which humanoid of the scene.
+        model: of the scene.
+        body: which body of it.
     """
 
-    def __init__(self, model: Any, fighter: Fighter) -> None:
+    def __init__(self, model: mujoco.MjModel, body: SceneBody) -> None:
         self._model = model
         self._floor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "floor")
         self._body_of_geom = np.array(model.geom_bodyid)
-        first = fighter.bodies.start
-        self._own = range(first, fighter.bodies.stop)
-        self._foot = {first + body: side for side, body in enumerate(FEET)}
-        self._trunk = {first + BODIES.index(name): (BODIES.index(name), name) for name in _TRUNK}
+        first = body.segments.start
+        self._own = range(first, body.segments.stop)
+        self._foot = {first + foot: side for side, foot in enumerate(body.feet)}
+        self._trunk = {first + index: (index, body.segment_names[index]) for index in body.trunk}
         self._buffer = np.zeros(6)
 
-    def read(self, data: Any) -> GroundReading:
+    def read(self, data: mujoco.MjData) -> GroundReading:
         """Forces of all world contacts of the last step.
 
         Args:
-            data: mujoco.MjData after mj_step.
+            data: after mj_step.
         """
         total = np.zeros(3)
         foot_force = np.zeros((2, 3))
@@ -80,8 +77,8 @@ class GroundReader:
         centre = moment / load if load > LEAST_LOAD_N else np.full(2, np.nan)
         return GroundReading(total, foot_force, centre, depth)
 
-    def trunk_contacts(self, data: Any) -> list[tuple[int, str]]:
-        """Trunk and head bodies that touch the floor: (index in `BODIES`, name)."""
+    def trunk_contacts(self, data: mujoco.MjData) -> list[tuple[int, str]]:
+        """Trunk and head bodies that touch the floor: (index in the body's segments, name)."""
         touching = []
         for pair in data.contact.geom if data.ncon else ():
             if self._floor in pair:

@@ -6,7 +6,6 @@ of a walking person. Inverse dynamics says beforehand how much, so that sampling
 
 from copy import copy
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -15,6 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import lsq_linear, nnls
 
 from simprep.humanoid import GRAVITY, humanoid_model
+from simprep.physics.bodies import scene_bodies
 from simprep.physics.reference import Reference
 
 _EDGES = np.array([[1.0, 0, 1], [-1, 0, 1], [0, 1, 1], [0, -1, 1]])
@@ -51,7 +51,7 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
         settings: rate, smoothing and contact settings.
 
     Returns:
-        (N + 1, 37) [N m].
+        (N + 1, controls) [N m], in the order of the actuators.
     """
     settings = settings or InverseDynamicsSettings()
     fps = reference.motion.fps
@@ -65,12 +65,13 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
     stride = max(1, round(fps / settings.rate))
     frames = np.unique(np.append(np.arange(0, len(qvel), stride), len(qvel) - 1))
     candidates = _contact_candidates(model)
+    joints = scene_bodies(model)[0].joint_qvel
     torques = np.empty((len(frames), model.nu))
     for row, frame in enumerate(frames):
         data.qpos[:], data.qvel[:], data.qacc[:] = reference.qpos[frame], qvel[frame], qacc[frame]
         mujoco.mj_inverse(model, data)
         needed = data.qfrc_inverse
-        torques[row] = needed[6:] - _contact_torques(model, data, candidates, needed, settings)[6:]
+        torques[row] = (needed - _contact_torques(model, data, candidates, needed, settings))[joints]
     steps = np.arange(len(qvel))
     dense = np.stack([np.interp(steps, frames, column) for column in torques.T], axis=1)
     return np.asarray(gaussian_filter1d(dense, sigma, axis=0, mode="nearest"))
@@ -92,13 +93,13 @@ def nonnegative_least_squares(matrix: NDArray[np.float64], wanted: NDArray[np.fl
         return np.maximum(lsq_linear(matrix, wanted, bounds=(0.0, np.inf), tol=1e-10).x, 0.0)
 
 
-def _without_constraints(model: Any) -> Any:
+def _without_constraints(model: mujoco.MjModel) -> mujoco.MjModel:
     free = copy(model)
     free.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     return free
 
 
-def _contact_candidates(model: Any) -> list[tuple[int, int, NDArray[np.float64], float]]:
+def _contact_candidates(model: mujoco.MjModel) -> list[tuple[int, int, NDArray[np.float64], float]]:
     """Spheres and capsule ends that can touch the floor: (body, geom, centre in the geom's frame, radius)."""
     out = []
     for geom in range(model.ngeom):
@@ -111,8 +112,8 @@ def _contact_candidates(model: Any) -> list[tuple[int, int, NDArray[np.float64],
 
 
 def _contact_torques(
-    model: Any,
-    data: Any,
+    model: mujoco.MjModel,
+    data: mujoco.MjData,
     candidates: list[tuple[int, int, NDArray[np.float64], float]],
     needed: NDArray[np.float64],
     settings: InverseDynamicsSettings,

@@ -1,95 +1,50 @@
-"""The simulation loop: servo targets in, states and contacts of one or two humanoids out."""
+"""The simulation loop: servo targets in; states, floor contacts and contacts between bodies out."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, Protocol
+from typing import Any
 
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import HINGES, N_QPOS, N_QVEL
-from simprep.physics.controller import Controller
+from simprep.errors import SettingError
+from simprep.physics.bodies import SceneBody
+from simprep.physics.contacts import ContactReader
+from simprep.physics.controller import Controller, ControlTask
 from simprep.physics.falls import FallRule, divergence, fall
-from simprep.physics.fighters import Fighter, fighter_of_scene
-from simprep.physics.ground import GroundReader
-from simprep.physics.mpc import MpcController
+from simprep.physics.ground import LEAST_LOAD_N, GroundReader
 from simprep.physics.pushes import Push, PushApplier
-from simprep.physics.reference import Reference
-from simprep.physics.run import DIVERGED, DONE, FELL, Assist, Run
-
-
-class Observer(Protocol):
-    """Reads something else off every step."""
-
-    def step(self, step: int, data: Any) -> None:
-        """Read a step.
-
-        Args:
-            step: index of the step.
-            data: mujoco.MjData after it: contacts and positions are those at its begin.
-        """
-        ...
+from simprep.physics.run import DIVERGED, DONE, FELL
 
 
 @dataclass(frozen=True)
-class Simulated:
+class Recording:
     """What came out of a loop.
 
     Attributes:
-        recorders: of each humanoid.
+        bodies: what each body did.
+        between: contacts between them.
         taken: steps that are data.
         end: `done`, `fell` or `diverged`.
         reason: the rule that ended it, in words.
-        fallen: number of the humanoid that fell; None if none did.
-        assist: external forces used.
+        fallen: number of the body that fell; None if none did.
+        push_n: largest external force [N].
         wall_s: computing time [s].
         overhead_share: share of it spent outside MuJoCo.
     """
 
-    recorders: tuple["Recorder", ...]
+    bodies: tuple["BodyRecorder", ...]
+    between: ContactReader
     taken: int
     end: str
     reason: str
     fallen: int | None
-    assist: Assist
+    push_n: float
     wall_s: float
     overhead_share: float
-
-    def run(self, number: int, reference: Reference, brain: Controller, seed: int, model: Any) -> Run:
-        """One humanoid's part, as a run that ended when the loop did.
-
-        Args:
-            number: which humanoid.
-            reference: what it tracked.
-            brain: what moved it.
-            seed: of the brain's random generator.
-            model: mujoco.MjModel of the scene.
-        """
-        dt, taken = float(model.opt.timestep), self.taken
-        fell = self.end == FELL and self.fallen == number
-        return Run(
-            reference=reference.motion,
-            controller=brain.name,
-            seed=seed,
-            timestep=dt,
-            time=np.arange(taken + 1, dtype=np.float64) * dt,
-            reference_qpos=reference.qpos[: taken + 1],
-            reference_qvel=reference.qvel[: taken + 1],
-            torque_limit=model.actuator_forcerange[fighter_of_scene(number).controls, 1].copy(),
-            **self.recorders[number].arrays(taken),
-            end=self.end,
-            end_s=taken * dt,
-            fell_at_s=taken * dt if fell else None,
-            end_reason=self.reason,
-            processing=reference.processing,
-            settings=brain.settings(),
-            assist=self.assist,
-            wall_s=self.wall_s,
-            overhead_share=self.overhead_share,
-        )
 
 
 @contextmanager
@@ -103,44 +58,41 @@ def quiet_warnings() -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
-def simulate(
-    model: Any,
-    references: Sequence[Reference],
-    brain: Controller,
+def run_loop(
+    task: ControlTask,
+    controller: Controller,
     rule: FallRule,
     pushes: tuple[Push, ...] = (),
     progress: Callable[[float], None] | None = None,
-    observer: Observer | None = None,
-) -> Simulated:
-    """Simulate from the references' first states until their end, a fall of anybody, or divergence.
+) -> Recording:
+    """Simulate from the references' first states until their end, the first fall of a body, or divergence.
 
     Args:
-        model: mujoco.MjModel of a scene with as many humanoids as references.
-        references: what each tracks, equally long.
-        brain: chooses all servo targets.
+        task: the scene and what each body tracks, equally long.
+        controller: chooses all servo targets.
         rule: what counts as a fall.
         pushes: external forces.
         progress: called with the completed share (0 to 1) every fourth step.
-        observer: sees every step that is data.
 
     Raises:
-        SettingError: a push on an unknown body.
+        SettingError: a push on an unknown segment, or a controller whose targets have another shape than the controls.
     """
     begin = perf_counter()
+    model, references = task.model, task.references
     data = mujoco.MjData(model)
-    fighters = [fighter_of_scene(number) for number in range(len(references))]
-    for fighter, reference in zip(fighters, references):
-        data.qpos[fighter.qpos], data.qvel[fighter.qvel] = reference.qpos[0], reference.qvel[0]
+    for body, reference in zip(task.bodies, references, strict=True):
+        data.qpos[body.qpos], data.qvel[body.qvel] = reference.qpos[0], reference.qvel[0]
     mujoco.mj_forward(model, data)
     steps = len(references[0].qpos) - 1
-    recorders = tuple(Recorder(steps, model, fighter) for fighter in fighters)
+    recorders = tuple(BodyRecorder(steps, model, body) for body in task.bodies)
+    between = ContactReader(model, task.bodies, steps)
     push = PushApplier(model, pushes)
     simulation_s = 0.0
     end, reason, taken, fallen = DONE, "the motion ended", steps, None
     for recorder in recorders:
         recorder.state(0, data)
     for step in range(steps):
-        data.ctrl[:] = brain.target(step, data)
+        data.ctrl[:] = _targets(controller, step, data)
         push.apply(data)
         before = perf_counter()
         mujoco.mj_step(model, data)
@@ -152,10 +104,9 @@ def simulate(
         for recorder in recorders:
             recorder.step(step, data)
             recorder.state(step + 1, data)
-        if observer:
-            observer.step(step, data)
+        between.step(step, data)
         falls = [
-            fall(data, recorder.fighter, reference, step + 1, recorder.ground, rule)
+            fall(data, recorder.body, reference, step + 1, recorder.ground, rule)
             for recorder, reference in zip(recorders, references)
         ]
         if any(falls):
@@ -165,61 +116,69 @@ def simulate(
         if progress and step % 4 == 0:
             progress((step + 1) / steps)
     wall = perf_counter() - begin
-    if isinstance(brain, MpcController):
-        simulation_s += brain.simulation_s
-    return Simulated(
-        recorders, taken, end, reason, fallen, Assist(force_n=push.largest), wall, max(0.0, 1 - simulation_s / wall)
-    )
+    simulation_s += getattr(controller, "simulation_s", 0.0)
+    share = max(0.0, 1 - simulation_s / wall)
+    return Recording(recorders, between, taken, end, reason, fallen, push.largest, wall, share)
 
 
-class Recorder:
-    """States, controls and floor contacts of one humanoid, step by step.
+def _targets(controller: Controller, step: int, data: mujoco.MjData) -> NDArray[np.float64]:
+    targets = controller.target(step, data)
+    if np.shape(targets) != data.ctrl.shape:
+        raise SettingError(
+            f"controller {controller.name!r}: target() returned shape {np.shape(targets)}; valid: {data.ctrl.shape}, "
+            "one angle for each actuator of the scene"
+        )
+    return targets
+
+
+class BodyRecorder:
+    """States, controls and floor contacts of one body, step by step.
 
     Args:
         steps: steps at most.
-        model: mujoco.MjModel of the scene.
-        fighter: which humanoid.
+        model: of the scene.
+        body: which body of it.
     """
 
-    def __init__(self, steps: int, model: Any, fighter: Fighter) -> None:
-        self.fighter, self.ground = fighter, GroundReader(model, fighter)
-        self.qpos = np.zeros((steps + 1, N_QPOS))
-        self.qvel = np.zeros((steps + 1, N_QVEL))
-        self.target = np.zeros((steps, len(HINGES)))
-        self.torque = np.zeros((steps, len(HINGES)))
+    def __init__(self, steps: int, model: mujoco.MjModel, body: SceneBody) -> None:
+        self.body, self.ground = body, GroundReader(model, body)
+        self.qpos = np.zeros((steps + 1, body.qpos.stop - body.qpos.start))
+        self.qvel = np.zeros((steps + 1, body.qvel.stop - body.qvel.start))
+        self.target = np.zeros((steps, len(body.joint_names)))
+        self.torque = np.zeros((steps, len(body.joint_names)))
         self.ground_force = np.zeros((steps, 3))
         self.foot_force = np.zeros((steps, 2, 3))
         self.centre_of_pressure = np.full((steps, 2), np.nan)
         self.foot_contact = np.zeros((steps, 2), dtype=bool)
         self.penetration = np.zeros(steps)
 
-    def state(self, index: int, data: Any) -> None:
+    def state(self, index: int, data: mujoco.MjData) -> None:
         """Note a state.
 
         Args:
             index: of the state.
-            data: mujoco.MjData.
+            data: in it.
         """
-        self.qpos[index], self.qvel[index] = data.qpos[self.fighter.qpos], data.qvel[self.fighter.qvel]
+        self.qpos[index], self.qvel[index] = data.qpos[self.body.qpos], data.qvel[self.body.qvel]
 
-    def step(self, step: int, data: Any) -> None:
+    def step(self, step: int, data: mujoco.MjData) -> None:
         """Note what acted during a step.
 
         Args:
             step: index of the step.
-            data: mujoco.MjData after it.
+            data: after it.
         """
-        controls = self.fighter.controls
+        controls = self.body.controls
         self.target[step], self.torque[step] = data.ctrl[controls], data.actuator_force[controls]
         reading = self.ground.read(data)
         self.ground_force[step] = reading.force
         self.foot_force[step] = reading.foot_force
         self.centre_of_pressure[step] = reading.centre_of_pressure
-        self.foot_contact[step] = reading.foot_force[:, 2] > 20.0
+        self.foot_contact[step] = reading.foot_force[:, 2] > LEAST_LOAD_N
         self.penetration[step] = reading.penetration
 
     def arrays(self, taken: int) -> dict[str, NDArray[Any]]:
-        """What was noted, by the names of `simprep.physics.run.Run`.
+        """What was noted, by the names of `simprep.physics.run.BodyRun`.
 
         Args:
             taken: steps that are data.

@@ -5,28 +5,26 @@ offsets around the last solution, simulate each sample with MuJoCo from the curr
 reference, and move to the weighted mean of the best. The servos see target = feed-forward + offset; nothing else acts on
 the body. Samples are simulated with `mujoco.batch`, which gives the same bits at any thread count.
 
-Two fighters are planned jointly: both are sampled in the same simulations, in which they touch each other.
+Several bodies are planned jointly: all are sampled in the same simulations, in which they touch each other.
 """
 
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from time import perf_counter
 from typing import Any
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
 from simprep.errors import SettingError
-from simprep.humanoid import HINGES
-from simprep.physics.controller import feedforward_targets
-from simprep.physics.fighters import Fighter, fighter_of_scene
+from simprep.physics.bodies import SceneBody
+from simprep.physics.controller import ControlTask, feedforward_targets
 from simprep.physics.inverse_dynamics import needed_torques
 from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference
 from simprep.physics.rollouts import Record, Rollouts, record_of
 from simprep.physics.sampling import OffsetSearch, SearchSettings, linear_basis
 from simprep.physics.tracking_cost import CostWeights, TrackingCost
-from simprep.scene import SceneSettings
 
 
 @dataclass(frozen=True)
@@ -46,11 +44,13 @@ class MpcSettings:
         shrink: factor on the noise from one iteration to the next.
         temperature: softness of the weights, in standard deviations of the elites' costs.
         noise_scale: factor on the standard deviations below.
-        noise: standard deviation of the sampled offset [rad] by joint, matched by the end of the hinge name;
+        noise: standard deviation of the sampled offset [rad] by joint, matched by the end of the joint's name;
             joints that match none are not sampled.
         scales: the samples are split among these multiples of the noise.
         weights: cost weights.
         torque_share: share of the reference's inverse-dynamics torques that the servo targets lead by.
+        common_elites: of several bodies: whether the samples are judged by the sum of all their costs, instead of each
+            body's part of them by its own.
         threads: simulation threads; 0 for all cores. Does not change the result.
 
     Raises:
@@ -84,6 +84,7 @@ class MpcSettings:
     scales: tuple[float, ...] = (0.25, 0.5, 1.0)
     weights: CostWeights = field(default_factory=CostWeights)
     torque_share: float = 0.7
+    common_elites: bool = False
     threads: int = 0
 
     def __post_init__(self) -> None:
@@ -107,38 +108,24 @@ class MpcController:
     """Receding-horizon sampling of servo-target offsets; state is the current plan and the random generator.
 
     Args:
-        references: what each humanoid of the scene tracks, one or two of equal length.
-        model: mujoco.MjModel of the scene.
-        scene: what the model was built from.
-        seed: of the random generator.
+        task: what to track.
         settings: configuration.
-        common_elites: of two fighters: whether the samples are judged by the sum of both costs, instead of each
-            fighter's part of them by its own.
     """
 
     name = "mpc"
 
-    def __init__(
-        self,
-        references: Sequence[Reference],
-        model: Any,
-        scene: SceneSettings,
-        seed: int,
-        settings: MpcSettings | None = None,
-        common_elites: bool = False,
-    ) -> None:
-        self._settings = settings or MpcSettings()
-        s = self._settings
+    def __init__(self, task: ControlTask, settings: MpcSettings | None = None) -> None:
+        self._settings = s = settings or MpcSettings()
+        model, references = task.model, task.references
         world_dt = float(model.opt.timestep)
         self._ratio = max(1, round(s.timestep / world_dt))
         dt = self._ratio * world_dt
-        self._planner = planner = build_planner(scene, dt)
+        self._planner = planner = build_planner(model, task.scene, dt)
         self._steps = max(1, round(s.horizon / dt))
         self._every = max(1, round(s.replan / world_dt))  # in steps of the world
-        self._rng = np.random.default_rng(seed)
-        fighters = [fighter_of_scene(number) for number in range(len(references))]
+        self._rng = np.random.default_rng(task.seed)
         self._feedforward = np.concatenate(
-            [_feedforward(reference, model, one, s) for reference, one in zip(references, fighters)], axis=1
+            [_feedforward(reference, model, body, s) for reference, body in zip(references, task.bodies)], axis=1
         )
         self._last = len(references[0].qpos) - 1
         knots = int(np.ceil(s.horizon / s.knot_spacing - 1e-9)) + 1
@@ -148,20 +135,21 @@ class MpcController:
         shift_position = np.arange(knots) + self._every * world_dt / s.knot_spacing
         shift = linear_basis(np.minimum(shift_position, knots - 1), knots)
         self._costs = [
-            TrackingCost(reference, self._ratio, world_dt, self._steps, planner.dofs, s.weights)
-            for reference in references
+            TrackingCost(reference, self._ratio, world_dt, self._steps, dofs, body.feet, s.weights)
+            for reference, dofs, body in zip(references, planner.dofs, planner.bodies)
         ]
-        std = np.array([_noise_of(HINGES[hinge], s.noise) for hinge in planner.hinges]) * s.noise_scale
-        sampled = np.flatnonzero(std)
-        self._width = len(sampled)
-        together = (
-            [tuple(range(len(references)))] if common_elites else [(number,) for number in range(len(references))]
-        )
+        std = [
+            np.array([_noise_of(name, s.noise) for name in body.joint_names]) * s.noise_scale for body in planner.bodies
+        ]
+        sampled = [np.flatnonzero(one) for one in std]
+        self._widths = [len(one) for one in sampled]
+        everybody = range(len(planner.bodies))
+        together = [tuple(everybody)] if s.common_elites else [(number,) for number in everybody]
         self._searches = [
             _Search(
                 members,
-                np.concatenate([planner.fighters[member].controls.start + sampled for member in members]),
-                OffsetSearch(shift, np.tile(std[sampled], len(members)), s.search),
+                np.concatenate([planner.bodies[member].controls.start + sampled[member] for member in members]),
+                OffsetSearch(shift, np.concatenate([std[member][sampled[member]] for member in members]), s.search),
             )
             for members in together
         ]
@@ -176,7 +164,7 @@ class MpcController:
         """Computing time spent inside MuJoCo so far [s]."""
         return self._rollouts.simulation_s
 
-    def target(self, step: int, data: Any) -> NDArray[np.float64]:
+    def target(self, step: int, data: mujoco.MjData) -> NDArray[np.float64]:
         """Servo targets for the coming step (see `Controller.target`); replans when due."""
         if self._planned_at < 0 or step - self._planned_at >= self._every:
             begin = perf_counter()
@@ -187,9 +175,12 @@ class MpcController:
 
     def settings(self) -> dict[str, Any]:
         """Configuration, for the record."""
-        return {**asdict(self._settings), "rejected_samples": self.rejected}
+        record = {**asdict(self._settings), "rejected_samples": self.rejected}
+        if len(self._costs) == 1:
+            del record["common_elites"]  # means nothing for one body
+        return record
 
-    def _replan(self, step: int, data: Any) -> None:
+    def _replan(self, step: int, data: mujoco.MjData) -> None:
         s = self._settings
         frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
         feedforward = self._feedforward[frames][:, self._planner.controls]  # (steps, planned controls)
@@ -215,10 +206,11 @@ class MpcController:
             self._offsets[:, self._planner.controls[one.controls]] = self._world_basis @ one.search.plan
 
     def _evaluate(self, step: int, one: "_Search", record: Record, theta: NDArray[np.float64]) -> NDArray[np.float64]:
-        total = np.zeros(len(theta))
-        for place, member in enumerate(one.members):
-            own = theta[:, :, place * self._width : (place + 1) * self._width]
-            total = total + self._costs[member].evaluate(step, record_of(record, self._planner.fighters[member]), own)
+        total, first = np.zeros(len(theta)), 0
+        for member in one.members:
+            own = theta[:, :, first : first + self._widths[member]]
+            first += self._widths[member]
+            total = total + self._costs[member].evaluate(step, record_of(record, self._planner.bodies[member]), own)
         return total
 
 
@@ -227,7 +219,7 @@ class _Search:
     """Offsets that are judged together.
 
     Attributes:
-        members: fighters whose costs are added up.
+        members: bodies whose costs are added up.
         controls: (sampled,) the planner's actuators that the offsets belong to.
         search: the search itself.
     """
@@ -237,13 +229,15 @@ class _Search:
     search: OffsetSearch
 
 
-def _feedforward(reference: Reference, model: Any, fighter: Fighter, settings: MpcSettings) -> NDArray[np.float64]:
-    targets = feedforward_targets(reference, model, fighter)
+def _feedforward(
+    reference: Reference, model: mujoco.MjModel, body: SceneBody, settings: MpcSettings
+) -> NDArray[np.float64]:
+    targets = feedforward_targets(reference, model, body)
     if settings.torque_share > 0:
-        torque = np.clip(needed_torques(reference), *model.actuator_forcerange[fighter.controls].T)
-        targets = targets + settings.torque_share * torque / model.actuator_gainprm[fighter.controls, 0]
+        torque = np.clip(needed_torques(reference), *model.actuator_forcerange[body.controls].T)
+        targets = targets + settings.torque_share * torque / model.actuator_gainprm[body.controls, 0]
     return targets
 
 
-def _noise_of(hinge: str, noise: tuple[tuple[str, float], ...]) -> float:
-    return next((value for ending, value in noise if hinge.endswith(ending)), 0.0)
+def _noise_of(joint: str, noise: tuple[tuple[str, float], ...]) -> float:
+    return next((value for ending, value in noise if joint.endswith(ending)), 0.0)

@@ -1,7 +1,7 @@
-"""The planner's cheaper model of the body: wrists, forearm rotation, neck and head do not move within a look-ahead.
+"""The planner's cheaper model of the bodies: wrists, forearm rotation, neck and head do not move within a look-ahead.
 
 They are light and near their servo targets, so a look-ahead of less than a second loses little without them, and a
-simulation step gets a third cheaper. The simulated world always has all 37 hinges.
+simulation step gets a third cheaper. The simulated world always has all joints.
 """
 
 from collections.abc import Iterator
@@ -12,15 +12,14 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import HINGES
-from simprep.physics.fighters import Fighter, fighter_of_scene
+from simprep.physics.bodies import IntArray, SceneBody, scene_bodies
 from simprep.scene import SceneSettings, scene_spec
 
 FIXED_ENDINGS = (
     "wrist_flexion", "wrist_deviation", "forearm_pronation",
     "neck_flexion", "neck_bending", "neck_rotation", "head_flexion", "head_rotation",
 )  # fmt: skip
-_FUSED_BODIES = ("neck", "head")
+_FUSED_SEGMENTS = ("neck", "head")
 
 
 @dataclass(frozen=True)
@@ -28,46 +27,45 @@ class Planner:
     """A reduced model and which entries of the full state it has.
 
     Attributes:
-        model: mujoco.MjModel.
+        model: the reduced model.
         qpos: indices into the full qpos.
         qvel: indices into the full qvel.
         controls: indices of its actuators among the world's.
-        hinges: indices into `HINGES` of the hinges that each humanoid keeps.
-        dofs: indices into the qvel of one full humanoid that each keeps.
-        fighters: where each humanoid's quantities are in the reduced model.
-        fused: model ids of the fixed bodies whose posture is copied from the world at every plan.
+        dofs: of each body, indices into its own full qvel that it keeps.
+        bodies: where each body's quantities are in the reduced model.
+        fused: model ids of the fixed segments whose posture is copied from the world at every plan.
     """
 
-    model: Any
-    qpos: NDArray[np.intp]
-    qvel: NDArray[np.intp]
-    controls: NDArray[np.intp]
-    hinges: NDArray[np.intp]
-    dofs: NDArray[np.intp]
-    fighters: tuple[Fighter, ...]
+    model: mujoco.MjModel
+    qpos: IntArray
+    qvel: IntArray
+    controls: IntArray
+    dofs: tuple[IntArray, ...]
+    bodies: tuple[SceneBody, ...]
     fused: tuple[int, ...]
 
-    def fused_orientations(self, data: Any) -> Iterator[tuple[int, NDArray[np.float64]]]:
-        """Orientation relative to its parent of each fixed body in the world's present state.
+    def fused_orientations(self, data: mujoco.MjData) -> Iterator[tuple[int, NDArray[np.float64]]]:
+        """Orientation relative to its parent of each fixed segment in the world's present state.
 
         Args:
-            data: mujoco.MjData of the world (its body ids are the same).
+            data: of the world (its segments have the same ids).
 
         Yields:
             (model body id, (4,) quaternion wxyz).
         """
         inverse, relative = np.zeros(4), np.zeros(4)
-        for body in self.fused:
-            mujoco.mju_negQuat(inverse, data.xquat[self.model.body_parentid[body]])
-            mujoco.mju_mulQuat(relative, inverse, data.xquat[body])
-            yield body, relative
+        for segment in self.fused:
+            mujoco.mju_negQuat(inverse, data.xquat[self.model.body_parentid[segment]])
+            mujoco.mju_mulQuat(relative, inverse, data.xquat[segment])
+            yield segment, relative
 
 
-def build_planner(scene: SceneSettings, timestep: float) -> Planner:
+def build_planner(world: mujoco.MjModel, scene: SceneSettings, timestep: float) -> Planner:
     """Planner model of a scene.
 
     Args:
-        scene: the simulated world, with one humanoid or two.
+        world: the simulated world.
+        scene: what it was built from.
         timestep: step of the planner [s].
     """
     spec = scene_spec(replace(scene, timestep=timestep))
@@ -75,18 +73,25 @@ def build_planner(scene: SceneSettings, timestep: float) -> Planner:
         if part.name.endswith(FIXED_ENDINGS):
             spec.delete(part)
     model = spec.compile()
-    kept = np.array([index for index, name in enumerate(HINGES) if not name.endswith(FIXED_ENDINGS)], dtype=np.intp)
-    dofs = np.append(np.arange(6), 6 + kept)
-    numbers = range(len(scene.bodies))
-    world = [fighter_of_scene(number) for number in numbers]
-    fused = [body for body in range(model.nbody) if model.body(body).name.endswith(_FUSED_BODIES)]
+    joints = [world.joint(model.joint(index).name) for index in range(model.njnt)]
+    qvel = np.concatenate([_entries(joint.dofadr[0], 6 if _is_free(joint) else 1) for joint in joints])
+    bodies = scene_bodies(model)
     return Planner(
         model=model,
-        qpos=np.concatenate([fighter.qpos.start + np.append(np.arange(7), 7 + kept) for fighter in world]),
-        qvel=np.concatenate([fighter.qvel.start + dofs for fighter in world]),
-        controls=np.concatenate([fighter.controls.start + kept for fighter in world]),
-        hinges=kept,
-        dofs=dofs,
-        fighters=tuple(fighter_of_scene(number, len(kept)) for number in numbers),
-        fused=tuple(fused),
+        qpos=np.concatenate([_entries(joint.qposadr[0], 7 if _is_free(joint) else 1) for joint in joints]),
+        qvel=qvel,
+        controls=np.array([world.actuator(model.actuator(index).name).id for index in range(model.nu)], dtype=np.intp),
+        dofs=tuple(
+            qvel[reduced.qvel] - full.qvel.start for full, reduced in zip(scene_bodies(world), bodies, strict=True)
+        ),
+        bodies=bodies,
+        fused=tuple(index for index in range(model.nbody) if model.body(index).name.endswith(_FUSED_SEGMENTS)),
     )
+
+
+def _is_free(joint: Any) -> bool:
+    return bool(joint.type[0] == mujoco.mjtJoint.mjJNT_FREE)
+
+
+def _entries(first: int, count: int) -> IntArray:
+    return np.arange(first, first + count, dtype=np.intp)

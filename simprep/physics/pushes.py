@@ -1,7 +1,6 @@
 """External forces for robustness tests; reported as assist in every result."""
 
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -14,7 +13,7 @@ class Push:
     """An external force on one body, for robustness tests; reported as assist in every result.
 
     Attributes:
-        body: name of the body.
+        body: name of the segment in the scene: of one body `pelvis`, of several `a_pelvis`.
         start: time of its begin [s].
         duration: how long [s].
         force: (x, y, z) in the world frame, at the body's COM [N].
@@ -30,22 +29,22 @@ class PushApplier:
     """Applies pushes at their times.
 
     Args:
-        model: mujoco.MjModel of the scene.
+        model: of the scene.
         pushes: when, where and how strong.
 
     Raises:
         SettingError: a push on an unknown body.
     """
 
-    def __init__(self, model: Any, pushes: tuple[Push, ...]) -> None:
+    def __init__(self, model: mujoco.MjModel, pushes: tuple[Push, ...]) -> None:
         self._pushes = [(push, _body_id(model, push.body)) for push in pushes]
         self.largest = 0.0
 
-    def apply(self, data: Any) -> None:
+    def apply(self, data: mujoco.MjData) -> None:
         """Set the external forces of the coming step.
 
         Args:
-            data: mujoco.MjData.
+            data: where they are set.
         """
         for _, body in self._pushes:
             data.xfrc_applied[body] = 0.0
@@ -55,7 +54,7 @@ class PushApplier:
                 self.largest = max(self.largest, float(np.linalg.norm(push.force)))
 
 
-def _body_id(model: Any, name: str) -> int:
+def _body_id(model: mujoco.MjModel, name: str) -> int:
     index = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, name)
     if index < 0:
         raise SettingError(

@@ -2,14 +2,13 @@
 
 from collections.abc import Mapping
 from time import perf_counter
-from typing import Any
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 from numpy.typing import NDArray
 
-from simprep.physics.fighters import Fighter
+from simprep.physics.bodies import SceneBody
 from simprep.physics.planner import Planner
 
 Record = Mapping[str, NDArray[np.float64]]
@@ -35,11 +34,11 @@ class Rollouts:
         self._time = self._batch.bind("time")
         self.simulation_s = 0.0
 
-    def run(self, data: Any, control: NDArray[np.float64]) -> tuple[Record, NDArray[np.bool_]]:
+    def run(self, data: mujoco.MjData, control: NDArray[np.float64]) -> tuple[Record, NDArray[np.bool_]]:
         """Simulate.
 
         Args:
-            data: mujoco.MjData of the world, read only.
+            data: of the world, read only.
             control: (samples, steps, controls) servo targets of the planner's actuators [rad].
 
         Returns:
@@ -64,20 +63,20 @@ class Rollouts:
         return record, self._batch.warning[:, :, 1].sum(axis=1) > warned
 
 
-def record_of(record: Record, fighter: Fighter) -> Record:
-    """The part of a record that belongs to one fighter, laid out as that of a scene with one humanoid.
+def record_of(record: Record, body: SceneBody) -> Record:
+    """The part of a record that belongs to one body, laid out as that of a scene with one.
 
     Args:
         record: of `Rollouts.run`.
-        fighter: of `Planner.fighters`.
+        body: of `Planner.bodies`.
 
     Returns:
-        qpos, qvel, and xpos and subtree_com whose entries 1 to 17 are the fighter's bodies (entry 0 means nothing).
+        qpos, qvel, and xpos and subtree_com whose entries from 1 on are the body's segments (entry 0 means nothing).
     """
-    bodies = slice(fighter.bodies.start - 1, fighter.bodies.stop)
+    segments = slice(body.segments.start - 1, body.segments.stop)
     return {
-        "qpos": record["qpos"][:, :, fighter.qpos],
-        "qvel": record["qvel"][:, :, fighter.qvel],
-        "xpos": record["xpos"][:, :, bodies],
-        "subtree_com": record["subtree_com"][:, :, bodies],
+        "qpos": record["qpos"][:, :, body.qpos],
+        "qvel": record["qvel"][:, :, body.qvel],
+        "xpos": record["xpos"][:, :, segments],
+        "subtree_com": record["subtree_com"][:, :, segments],
     }

@@ -1,59 +1,165 @@
-"""A run as a file: one .npz with states, controls, contacts and torques."""
+"""A run as a file: one .npz with states, controls, contacts and torques of every body, written and read back whole."""
 
 import json
-from dataclasses import fields
+from collections.abc import Mapping
+from dataclasses import asdict, fields
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.files import atomic_path
-from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION
-from simprep.physics.run import Run
+from simprep.archive import open_archive, write_archive
+from simprep.errors import MotionError, MotionFileError
+from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, Body
+from simprep.motion.motion import Motion
+from simprep.physics.contacts import BodyContact
+from simprep.physics.run import Assist, BodyRun, Run
+from simprep.scene import body_prefix
 
-SCHEMA = "simprep.run/1"
+SCHEMA = "simprep.run/2"
+RUN_FILE = "run.npz"
+"""What a run is called in a folder of results."""
+MAX_BYTES = 4_000_000_000
+"""Largest run read [bytes, unpacked]: an hour of one body at 480 steps/s."""
+
+_OF_THE_RUN = ("overlap", "reference_overlap", "unconverged")
+_PLAIN = (
+    "controller", "seed", "timestep", "end", "end_reason", "fallen", "settings", "wall_s", "overhead_share",
+)  # fmt: skip
 
 
 def save_run(run: Run, path: str | Path) -> Path:
-    """Write a run to .npz, atomically: every array of `Run` under its own name, the rest as JSON in `header`.
+    """Write a run to .npz, atomically.
+
+    The arrays of each body have the names of `BodyRun`, with its prefix in the scene before them: `qpos` of the only
+    body, `a_qpos` and `b_qpos` of two; those of its reference are called `reference.qpos` and `reference.contacts`.
+    `overlap`, `reference_overlap` and `unconverged` are common. Contacts and everything else are JSON in `header`.
 
     Args:
         run: what to write.
-        path: the .npz file; its folder is made.
+        path: the file; `.npz` is appended if missing. Its folder is made.
 
     Returns:
         The path written.
     """
-    header = {"schema": SCHEMA, **run_header(run)}
-    with atomic_path(path) as temporary, temporary.open("wb") as stream:
-        np.savez_compressed(stream, **{"header": np.array(json.dumps(header, default=str)), **run_arrays(run)})  # type: ignore[arg-type]
-    return Path(path)
+    header, arrays = run_parts(run)
+    return write_archive(path, header, arrays)
 
 
-def run_arrays(run: Run) -> dict[str, NDArray[Any]]:
-    """Every array of a run by its name."""
-    values = {field.name: getattr(run, field.name) for field in fields(run)}
-    return {name: value for name, value in values.items() if isinstance(value, np.ndarray)}
+def read_run(path: str | Path) -> Run:
+    """Read what `save_run` wrote, to the bit.
+
+    Args:
+        path: the file, or a folder of results with a `run.npz` in it.
+
+    Raises:
+        MotionFileError: missing, damaged, not a run, of another schema version or another model.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / RUN_FILE
+    with open_archive(path, "simprep run", SCHEMA, max_bytes=MAX_BYTES) as (header, archive):
+        model = (header["model"], header["model_version"])
+        if model != (MODEL_NAME, MODEL_VERSION) or tuple(header["hinges"]) != HINGES:
+            raise MotionFileError(
+                path, f"a run of model {model[0]!r} version {model[1]!r}; valid: {MODEL_NAME!r} version {MODEL_VERSION}"
+            )
+        return run_of_parts(header, {name: archive[name] for name in archive.files if name != "header"})
 
 
-def run_header(run: Run) -> dict[str, Any]:
-    """Everything of a run that is no array, in JSON's types except for what a controller's settings may hold."""
+def run_parts(run: Run) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
+    """A run as what its file holds.
+
+    Args:
+        run: which run.
+
+    Returns:
+        header: in JSON's types.
+        arrays: by name.
+
+    Raises:
+        MotionError: the controller's settings hold something that JSON does not know.
+    """
     header: dict[str, Any] = {
+        "schema": SCHEMA,
         "model": MODEL_NAME,
         "model_version": MODEL_VERSION,
         "hinges": HINGES,
-        "motion": run.reference.name,
-        "source": run.reference.source,
-        "events": dict(run.reference.events),
-        "height_m": run.reference.body.height_m,
-        "mass_kg": run.reference.body.mass_kg,
+        **{name: getattr(run, name) for name in _PLAIN},
         "assist_force_n": run.assist.force_n,
         "assist_torque_nm": run.assist.torque_nm,
-        "processing": dict(run.processing),
-        "settings": dict(run.settings),
+        "contacts": [asdict(contact) for contact in run.contacts],
+        "bodies": [{"processing": one.processing, "reference": _motion_header(one.reference)} for one in run.bodies],
     }
-    names = (
-        "controller", "seed", "timestep", "end", "end_s", "end_reason", "fell_at_s", "wall_s", "overhead_share",
-    )  # fmt: skip
-    return header | {name: getattr(run, name) for name in names}
+    arrays: dict[str, NDArray[Any]] = {name: getattr(run, name) for name in _OF_THE_RUN}
+    for number, one in enumerate(run.bodies):
+        prefix = body_prefix(number, len(run.bodies))
+        arrays |= {prefix + name: value for name, value in one.arrays().items()}
+        arrays[f"{prefix}reference.qpos"] = one.reference.qpos
+        arrays[f"{prefix}reference.contacts"] = one.reference.contacts
+    try:
+        return json.loads(json.dumps(header, default=_plain)), arrays
+    except (TypeError, ValueError) as error:
+        raise MotionError(f"run of {run.controller!r}: what it records is not JSON ({error})") from None
+
+
+def run_of_parts(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Run:
+    """The inverse of `run_parts`.
+
+    Args:
+        header: of a run.
+        arrays: of it.
+
+    Raises:
+        MotionError: parts that do not belong together.
+        LookupError: missing parts.
+    """
+    names = [one.name for one in fields(BodyRun) if one.name not in ("reference", "processing")]
+    bodies = []
+    for number, part in enumerate(header["bodies"]):
+        prefix = body_prefix(number, len(header["bodies"]))
+        reference = _motion(part["reference"], arrays[f"{prefix}reference.qpos"], arrays[f"{prefix}reference.contacts"])
+        bodies.append(
+            BodyRun(
+                reference=reference, processing=part["processing"], **{name: arrays[prefix + name] for name in names}
+            )
+        )
+    contacts: list[dict[str, Any]] = [
+        {name: tuple(value) if isinstance(value, list) else value for name, value in one.items()}
+        for one in header["contacts"]
+    ]
+    own: dict[str, Any] = {**{name: header[name] for name in _PLAIN}, **{name: arrays[name] for name in _OF_THE_RUN}}
+    return Run(
+        bodies=tuple(bodies),
+        assist=Assist(header["assist_force_n"], header["assist_torque_nm"]),
+        contacts=tuple(BodyContact(**one) for one in contacts),
+        **own,
+    )
+
+
+def _motion_header(motion: Motion) -> dict[str, Any]:
+    return {
+        "fps": motion.fps,
+        "events": dict(motion.events),
+        "name": motion.name,
+        "source": motion.source,
+        "loop": motion.loop,
+        "height_m": motion.body.height_m,
+        "mass_kg": motion.body.mass_kg,
+    }
+
+
+def _motion(header: Mapping[str, Any], qpos: NDArray[np.float64], contacts: NDArray[np.bool_]) -> Motion:
+    own = dict(header)
+    body = Body(own.pop("height_m"), own.pop("mass_kg"))
+    return Motion(qpos=qpos, contacts=contacts, body=body, **own)
+
+
+def _plain(value: Any) -> Any:
+    """Numbers and arrays of NumPy as JSON's."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    if isinstance(value, Mapping):
+        return dict(value)
+    raise TypeError(f"{type(value).__name__} {value!r}")

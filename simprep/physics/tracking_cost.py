@@ -6,10 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import FEET
 from simprep.physics.reference import Reference
-
-_FOOT_BODIES = tuple(1 + foot for foot in FEET)  # model body ids: the world is 0
 
 
 @dataclass(frozen=True)
@@ -54,6 +51,7 @@ class TrackingCost:
         world_dt: timestep of the world [s].
         steps: planner steps in a rollout.
         qvel_index: which entries of the reference's qvel the planner's model has.
+        feet: left and right foot, indices of the body's segments.
         weights: cost weights.
     """
 
@@ -64,9 +62,12 @@ class TrackingCost:
         world_dt: float,
         steps: int,
         qvel_index: NDArray[np.intp],
+        feet: tuple[int, int],
         weights: CostWeights,
     ) -> None:
         self._weights = weights
+        self._feet = list(feet)
+        self._foot_entries = [1 + foot for foot in feet]  # in a rollout's records, whose entry 0 means nothing
         self._ratio = ratio
         every = max(1, round(weights.instants / (ratio * world_dt)))
         self._instants = np.arange(every, steps + 1, every) - 1  # rollout record index k is the state after step k
@@ -78,8 +79,7 @@ class TrackingCost:
         self._xpos = reference.kinematics.xpos
         self._com = reference.kinematics.com
         self._planner_dt = ratio * world_dt
-        feet = self._xpos[:, FEET]
-        self._foot_velocity = np.gradient(feet, world_dt, axis=0)
+        self._foot_velocity = np.gradient(self._xpos[:, self._feet], world_dt, axis=0)
         self._last = len(reference.qpos) - 1
 
     def evaluate(
@@ -104,17 +104,17 @@ class TrackingCost:
         state = frames[inside]
         weight = self._time_weight[inside] / self._time_weight[inside].sum()
         # positions recorded after a step belong to the state before it
-        xpos = record["xpos"][:, pick, 1:]  # (n, t, 17, 3)
+        xpos = record["xpos"][:, pick, 1:]  # (n, t, segments, 3)
         com = record["subtree_com"][:, pick, 1]
         target_xpos, target_com = self._xpos[state - self._ratio], self._com[state - self._ratio]
         root_error = xpos[:, :, :1] - target_xpos[:, :1]
         error = xpos - target_xpos
         relative = error - root_error
-        foot = xpos[:, :, FEET, :]
-        target_foot = target_xpos[:, FEET, :]
+        foot = xpos[:, :, self._feet, :]
+        target_foot = target_xpos[:, self._feet, :]
         com_foot = (com[:, :, None] - foot) - (target_com[:, None] - target_foot)
         # backward difference over one planner step, as the reference's central one half a step earlier
-        before = record["xpos"][:, pick - 1][:, :, _FOOT_BODIES]
+        before = record["xpos"][:, pick - 1][:, :, self._foot_entries]
         foot_velocity = (foot - before) / self._planner_dt
         target_foot_velocity = self._foot_velocity[state - self._ratio - self._ratio // 2]
         qvel = record["qvel"][:, pick]

@@ -6,6 +6,7 @@ from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import HINGES, UPPER_BODY_HINGES, hinge_index
 from simprep.motion.rotations import multiply_quat, wrap_angle
+from simprep.motion.turns import about_vertical
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
@@ -113,5 +114,4 @@ def join_heading(heading: Array, tilt: Array) -> Array:
     heading = np.asarray(heading)
     vector = np.concatenate([tilt, np.zeros((*heading.shape, 1))], axis=-1)
     swing = Rotation.from_rotvec(vector.reshape(-1, 3)).as_quat(scalar_first=True).reshape(*heading.shape, 4)
-    zero = np.zeros_like(heading)
-    return multiply_quat(np.stack([np.cos(heading / 2), zero, zero, np.sin(heading / 2)], axis=-1), swing)
+    return multiply_quat(about_vertical(heading), swing)

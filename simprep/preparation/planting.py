@@ -13,11 +13,12 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from simprep.humanoid import BODIES, DEFAULT_BODY, FEET, FOOT_GEOMS, SIDES, Body
-from simprep.library.curves import minimum_jerk
 from simprep.motion.contacts import stances
+from simprep.motion.curves import dying_away, minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.limb_ik import Leg, legs, solve_leg
 from simprep.motion.rotations import axis_rotation, rotation_matrix
-from simprep.preparation.foot_ik import Leg, legs, solve_leg
+from simprep.motion.turns import turned
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
@@ -136,7 +137,7 @@ def plant_feet(
         for side, leg in enumerate(legs(body)):
             frames = np.flatnonzero(missed[:, side])
             shank = BODIES.index(f"{SIDES[side]}_shank")
-            out[np.ix_(frames, 7 + leg.hinges)] = solve_leg(
+            angles = solve_leg(
                 leg,
                 pelvis[frames],
                 rotation[frames, 0],
@@ -145,6 +146,7 @@ def plant_feet(
                 rotation[frames, shank, :, 1],
                 _STEEP if standing.yielding else 0.0,
             )
+            out[np.ix_(frames, 7 + leg.hinges)] = np.clip(angles, leg.low, leg.high)
         after = forward_kinematics(out, body)
         missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, body)
         if standing.yielding:
@@ -255,9 +257,7 @@ class _Track:
 
         Pivoting, it turns about its toe where that carries, as the feet of the built-in motions do.
         """
-        c, s = np.cos(turn)[:, None], np.sin(turn)[:, None]
-        x, y = self.points[..., 0], self.points[..., 1]
-        plan = np.stack([c * x - s * y, s * x + c * y], axis=-1)  # (T, 4, 2)
+        plan = turned(self.points[..., :2], turn[:, None])  # (T, 4, 2)
         height = self.points[..., 2] - self.leg.radii
         share = np.exp(-(height - height.min(axis=1, keepdims=True)) / _CARRY_M)
         share /= share.sum(axis=1, keepdims=True)
@@ -303,8 +303,7 @@ def _corrections(
         before = _Track(track.leg, origin.ankle[part], origin.rotation[part])
         slip = np.diff(before.ankle[:, :2], axis=0) - before.rolling(np.zeros(after - first))
         twist = (track.heading[part] + turn - origin.heading[part])[:-1]
-        c, s = np.cos(twist), np.sin(twist)
-        slip = keep[:, None] * np.stack([c * slip[:, 0] - s * slip[:, 1], s * slip[:, 0] + c * slip[:, 1]], axis=-1)
+        slip = keep[:, None] * turned(slip, twist)
         place = _from_zero(stance.rolling(turn, turning is not None) + slip)
         value[part, :2] = begin[:2] + place - (stance.ankle[:, :2] - stance.ankle[0, :2])
         value[part, 2] = height[part] - (stance.ankle[:, 2] + stance.sole)
@@ -337,18 +336,12 @@ def _bridge(value: Array, start: int, left: int, landed: int, stop: int, ease: i
         held = value[left - 1].copy()
         slope = held - value[left - 2] if left - start >= 2 else np.zeros(4)
         frames = np.arange(1, min(length, count + 1))
-        value[left + frames - 1] += _fade(frames / length, held, slope * length)
+        value[left + frames - 1] += dying_away((frames / length)[:, None], held, slope * length)
     if landed < n:
         held = value[landed].copy()
         slope = held - value[landed + 1] if stop - landed >= 2 else np.zeros(4)
         frames = np.arange(1, min(length, count + 1))
-        value[landed - frames] += _fade(frames / length, held, slope * length)
-
-
-def _fade(phase: Array, held: Array, slope: Array) -> Array:
-    """Cubic from `held` with `slope` (per unit of phase) at phase 0 to 0 with no slope at phase 1."""
-    x = phase[:, None]
-    return np.asarray(held * (1 + 2 * x) * (1 - x) ** 2 + slope * x * (1 - x) ** 2)
+        value[landed - frames] += dying_away((frames / length)[:, None], held, slope * length)
 
 
 def _from_zero(steps: Array) -> Array:

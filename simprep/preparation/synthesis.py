@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from simprep.humanoid import DEFAULT_BODY, FEET, Body
 from simprep.motion.contacts import stances
+from simprep.motion.curves import smooth_step
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.support import support_centre, support_points
 from simprep.preparation.blending import blend_hinges, joint_weights
@@ -134,7 +135,7 @@ def synthesise(
         measure: whether to give the costs of the optimisation.
         share: () or (T,) factor on every blending weight, 0 to 1: the probability that there will be a target at all. Of all
             mixtures of locomotion and style it is the one with the least expected squared distance (see
-            `simprep.behavior.influence`).
+            `simprep.controller.influence`).
     """
     start = start or Seam()
     source, fps, body = locomotion.qpos, locomotion.fps, locomotion.body
@@ -203,7 +204,7 @@ def change_share(alpha: Array, fps: float, settings: PreparationSettings = DEFAU
         since = np.inf if first == 0 else frames - first + 1.0
         until = np.inf if after == len(alpha) else after - frames + 0.0
         x = np.minimum(np.minimum(since, until) / (ramp + 1), 1.0)
-        share[first:after] = x * x * (3 - 2 * x)
+        share[first:after] = smooth_step(x)
     return share
 
 

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
+from simprep.motion.turns import turned
 from simprep.preparation.blending import join_heading, split_heading
 
 Array = NDArray[np.float64]
@@ -80,9 +81,8 @@ def blend_root(
     lag = start[0] + np.concatenate([[0.0], np.cumsum(-between * np.diff(trend))])
     step = np.diff(locomotion[:, :2], axis=0)
     turn = (lag[1:] + lag[:-1]) / 2
-    c, s = np.cos(turn), np.sin(turn)
-    turned = np.stack([c * step[:, 0] - s * step[:, 1], s * step[:, 0] + c * step[:, 1]], axis=-1)
-    lost = start[1] + np.concatenate([np.zeros((1, 2)), np.cumsum((1 - between)[:, None] * turned - step, axis=0)])
+    gone = (1 - between)[:, None] * turned(step, turn)
+    lost = start[1] + np.concatenate([np.zeros((1, 2)), np.cumsum(gone - step, axis=0)])
     blended_tilt = (1 - weight)[:, None] * tilt + weight[:, None] * reference_tilt
     blended_heading = heading + lag - weight * (heading - trend)
     quat = join_heading(blended_heading, blended_tilt)

@@ -17,6 +17,7 @@ from simprep.motion.edit import cut, move
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import in_heading
+from simprep.motion.turns import rotation_between
 from simprep.preparation.blending import split_heading
 from simprep.preparation.planting import plant_feet
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -169,13 +170,8 @@ def _state(motion: Motion, frame: int) -> _State:
     before, after = max(frame - 1, 0), min(frame + 1, len(motion) - 1)
     span = max(after - before, 1)
     a, b = motion.qpos[before], motion.qpos[after]
-    step = np.concatenate([b[:3] - a[:3], _rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]]) / span
+    step = np.concatenate([b[:3] - a[:3], rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]]) / span
     return _State(motion.qpos[frame], step)
-
-
-def _rotation_between(a: Array, b: Array) -> Array:
-    turn = Rotation.from_quat(b, scalar_first=True) * Rotation.from_quat(a, scalar_first=True).inv()
-    return np.asarray(turn.as_rotvec())
 
 
 def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tuple[Array, Array]:
@@ -190,7 +186,7 @@ def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tupl
     offset = np.concatenate(
         [
             state.qpos[:3] - own.qpos[:3],
-            _rotation_between(own.qpos[3:7], state.qpos[3:7]),
+            rotation_between(own.qpos[3:7], state.qpos[3:7]),
             state.qpos[7:] - own.qpos[7:],
         ]
     )

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
-from simprep.behavior.influence import Influence
-from simprep.behavior.runtime_approach import Approach
-from simprep.behavior.runtime_leg import Task
-from simprep.behavior.spaces import REACH_M
+from simprep.controller.influence import Influence
+from simprep.controller.runtime.approach import Approach
+from simprep.controller.runtime.task import Task
+from simprep.controller.spaces import REACH_M
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.report.figures import new_figure, save_figure

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from simprep.behavior.graph import MotionGraph
+from simprep.controller.graph import MotionGraph
 from simprep.report.figures import COLOURS, new_figure, save_figure
 
 _PALETTE = (*COLOURS, "#1b9e9e", "#d1659b", "#7f6a3f")

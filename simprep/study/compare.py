@@ -16,11 +16,11 @@ BEFORE_PHYSICS = "motion"
 Paired = dict[str, Summary]
 
 
-def case_records(study: Study) -> list[dict[str, Any]]:
+def case_rows(study: Study) -> list[dict[str, Any]]:
     """One flat mapping per finished case: target, alpha, arm, controller, seed, and its metrics."""
     return [
         {
-            **asdict(result.case.scenario),
+            **asdict(result.case.condition),
             "controller": result.case.controller,
             "seed": result.case.seed,
             **result.metrics,
@@ -29,11 +29,11 @@ def case_records(study: Study) -> list[dict[str, Any]]:
     ]
 
 
-def motion_records(study: Study) -> list[dict[str, Any]]:
+def motion_rows(study: Study) -> list[dict[str, Any]]:
     """One flat mapping per motion before physics: target, alpha, arm, launch, and its metrics."""
     return [
-        {**asdict(scenario), "launch_s": launch_s(study.scenarios[scenario]), **metrics}
-        for scenario, metrics in study.kinematic.items()
+        {**asdict(condition), "launch_s": launch_s(study.conditions[condition]), **metrics}
+        for condition, metrics in study.kinematic.items()
     ]
 
 
@@ -46,7 +46,7 @@ def paired_by_controller(study: Study) -> dict[str, Paired]:
     Returns:
         {controller: {metric: {n, median, low, high, n_failed_with, n_failed_without}}}.
     """
-    return paired_differences(case_records(study), WITH, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
+    return paired_differences(case_rows(study), WITH, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
 
 
 def paired_before_physics(study: Study) -> Paired:
@@ -55,7 +55,7 @@ def paired_before_physics(study: Study) -> Paired:
     Args:
         study: finished, or cut short.
     """
-    cases = [{**record, "controller": BEFORE_PHYSICS, "seed": 0, "success": True} for record in motion_records(study)]
+    cases = [{**record, "controller": BEFORE_PHYSICS, "seed": 0, "success": True} for record in motion_rows(study)]
     paired = paired_differences(cases, WITH, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
     return {
         metric: {key: summary[key] for key in ("n", "median", "low", "high")}

@@ -11,7 +11,7 @@ from simprep.motion.motion import Motion
 from simprep.report.film_strip import Row, StripSettings, save_film_strip
 from simprep.report.gl import NoGlError
 from simprep.study.compare import WITH, WITHOUT
-from simprep.study.plan import ARM_LABELS, Scenario
+from simprep.study.plan import ARM_LABELS, Condition
 from simprep.study.validate import Study, launch_s
 
 MOMENTS = 4
@@ -48,40 +48,40 @@ def _drawn(study: Study) -> Iterator[tuple[str, float]]:
     plan = study.plan
     alpha = max(plan.alphas)
     for target in plan.targets:
-        if all(Scenario(target.name, alpha, arm) in study.scenarios for arm in plan.arms):
+        if all(Condition(target.name, alpha, arm) in study.conditions for arm in plan.arms):
             yield target.name, alpha
 
 
 def _draw_plots(study: Study, target: str, alpha: float, folder: Path) -> list[Path]:
     from simprep.report.figures import plot_com_and_support, plot_margins, support_margin
 
-    arms = {arm: Scenario(target, alpha, arm) for arm in study.plan.arms}
+    arms = {arm: Condition(target, alpha, arm) for arm in study.plan.arms}
     panels = {
         "motion before physics": {
-            ARM_LABELS[arm]: support_margin(study.scenarios[scenario]) for arm, scenario in arms.items()
+            ARM_LABELS[arm]: support_margin(study.conditions[condition]) for arm, condition in arms.items()
         }
     }
     for controller in study.plan.controllers:
         lines = {
             ARM_LABELS[arm]: support_margin(simulated)
-            for arm, scenario in arms.items()
-            if (simulated := _simulated(study, scenario, controller)) is not None
+            for arm, condition in arms.items()
+            if (simulated := _simulated(study, condition, controller)) is not None
         }
         if lines:
             panels[f"simulated, {controller}"] = lines
-    last = study.scenarios[arms[study.plan.arms[-1]]]
+    last = study.conditions[arms[study.plan.arms[-1]]]
     title = f"{study.plan.locomotion.name} to {target}, level of preparation {alpha:g}"
     files = [plot_margins(panels, folder / f"margin_{target}.png", title, launch_s(last))]
     if WITH in arms and WITHOUT in arms:
-        motions = {ARM_LABELS[arm]: study.scenarios[arms[arm]] for arm in (WITHOUT, WITH)}
+        motions = {ARM_LABELS[arm]: study.conditions[arms[arm]] for arm in (WITHOUT, WITH)}
         frames = _moments(motions[ARM_LABELS[WITH]])
         files.append(plot_com_and_support(motions, frames, folder / f"com_{target}.png", title))
     return files
 
 
 def _draw_strips(study: Study, target: str, alpha: float, folder: Path) -> list[Path]:
-    arms = {arm: Scenario(target, alpha, arm) for arm in study.plan.arms}
-    motions = {arm: study.scenarios[scenario] for arm, scenario in arms.items()}
+    arms = {arm: Condition(target, alpha, arm) for arm in study.plan.arms}
+    motions = {arm: study.conditions[condition] for arm, condition in arms.items()}
     last = motions[study.plan.arms[-1]]
     launch = launch_s(last)
     marks = {} if launch is None else {"launch": launch, **_later_events(last)}
@@ -93,9 +93,9 @@ def _draw_strips(study: Study, target: str, alpha: float, folder: Path) -> list[
     ]
     for controller in study.plan.controllers:
         rows = [
-            Row(f"{ARM_LABELS[arm]}, simulated with {controller}", simulated, _end_note(study, scenario, controller))
-            for arm, scenario in arms.items()
-            if (simulated := _simulated(study, scenario, controller)) is not None
+            Row(f"{ARM_LABELS[arm]}, simulated with {controller}", simulated, _end_note(study, condition, controller))
+            for arm, condition in arms.items()
+            if (simulated := _simulated(study, condition, controller)) is not None
         ]
         if rows:
             files.append(save_film_strip(rows, folder / f"strip_{target}_{controller}.png", settings))
@@ -150,17 +150,17 @@ def _moments(motion: Motion) -> list[int]:
     return [int(frame) for frame in np.linspace(0, end, MOMENTS + 2)[1:-1]]
 
 
-def _simulated(study: Study, scenario: Scenario, controller: str) -> Motion | None:
+def _simulated(study: Study, condition: Condition, controller: str) -> Motion | None:
     for result in study.results:
         case = result.case
-        if case.scenario == scenario and case.controller == controller and result.simulated is not None:
+        if case.condition == condition and case.controller == controller and result.simulated is not None:
             return result.simulated
     return None
 
 
-def _end_note(study: Study, scenario: Scenario, controller: str) -> str:
+def _end_note(study: Study, condition: Condition, controller: str) -> str:
     for result in study.results:
-        if result.case.scenario == scenario and result.case.controller == controller and result.simulated is not None:
+        if result.case.condition == condition and result.case.controller == controller and result.simulated is not None:
             fell = result.metrics.get("fell_at_s")
             return f"fell at {fell:.2f} s" if fell is not None else str(result.metrics.get("end", "ended"))
     return "ended"

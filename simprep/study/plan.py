@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.motion import Motion
-from simprep.physics.track import CONTROLLERS
+from simprep.physics.simulate import CONTROLLERS
 from simprep.preparation.scenario import ARMS, AlphaProfile
 
 ARM_LABELS = {
@@ -22,7 +22,7 @@ QUICK_PROFILE = AlphaProfile(lead=0.2, rise=1.0, hold=0.6)
 
 
 @dataclass(frozen=True)
-class Scenario:
+class Condition:
     """One motion of the study, before physics.
 
     Attributes:
@@ -46,12 +46,12 @@ class Case:
     """One simulation of the study.
 
     Attributes:
-        scenario: the motion.
+        condition: what the motion is.
         controller: `pd` or `mpc`.
         seed: of the controller's random generator.
     """
 
-    scenario: Scenario
+    condition: Condition
     controller: str
     seed: int
 
@@ -105,19 +105,19 @@ class StudyPlan:
             if controller not in CONTROLLERS:
                 raise UnknownNameError("controller", controller, CONTROLLERS)
 
-    def scenarios(self) -> Iterator[Scenario]:
+    def conditions(self) -> Iterator[Condition]:
         """Every motion of the study."""
         for target in self.targets:
             for alpha in self.alphas:
                 for arm in self.arms:
-                    yield Scenario(target.name, alpha, arm)
+                    yield Condition(target.name, alpha, arm)
 
     def cases(self) -> list[Case]:
         """Every simulation, ordered so that a study cut short still holds comparable arms."""
         return [
-            Case(scenario, controller, seed)
+            Case(condition, controller, seed)
             for number, seed in enumerate(self.seeds)
             for controller in self.controllers
-            for scenario in self.scenarios()
+            for condition in self.conditions()
             if number == 0 or controller not in DETERMINISTIC
         ]

@@ -64,7 +64,7 @@ def _runs(study: Study) -> Table:
             cases = [
                 result.metrics
                 for result in study.results
-                if (result.case.controller, result.case.scenario.arm) == (controller, arm)
+                if (result.case.controller, result.case.condition.arm) == (controller, arm)
             ]
             if not cases:
                 continue
@@ -86,7 +86,7 @@ def _motions(study: Study) -> Table:
     for heading, *_ in MOTION_COLUMNS:
         table.add_column(Text(heading), justify="right")  # Text: brackets in a str would be markup
     for arm in study.plan.arms:
-        metrics = [values for scenario, values in study.kinematic.items() if scenario.arm == arm]
+        metrics = [values for condition, values in study.kinematic.items() if condition.arm == arm]
         cells = (_cell([item.get(key) for item in metrics], form) for _, key, form in MOTION_COLUMNS)
         table.add_row(ARM_LABELS[arm], *cells)
     return table

@@ -10,9 +10,9 @@ from simprep.metrics.evaluate import evaluate_motion, evaluate_run
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.run import Run
-from simprep.physics.track import TrackSettings, track
+from simprep.physics.simulate import SimulationSettings, track
 from simprep.preparation import scenario as make_scenario
-from simprep.study.plan import Case, Scenario, StudyPlan
+from simprep.study.plan import Case, Condition, StudyPlan
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Study:
 
     Attributes:
         plan: what was to be run.
-        scenarios: the motions built so far.
+        conditions: the motions built so far.
         kinematic: metrics of each of them before physics, see `simprep.metrics.evaluate.evaluate_motion`.
         results: finished cases, in order.
         complete: every case of the plan is finished.
@@ -45,8 +45,8 @@ class Study:
     """
 
     plan: StudyPlan
-    scenarios: dict[Scenario, Motion] = field(default_factory=dict)
-    kinematic: dict[Scenario, Mapping[str, Any]] = field(default_factory=dict)
+    conditions: dict[Condition, Motion] = field(default_factory=dict)
+    kinematic: dict[Condition, Mapping[str, Any]] = field(default_factory=dict)
     results: list[CaseResult] = field(default_factory=list)
     complete: bool = False
     wall_s: float = 0.0
@@ -57,7 +57,7 @@ def run_study(
     plan: StudyPlan,
     on_progress: Callable[[str, float], None] | None = None,
     motions_folder: Path | None = None,
-    settings: TrackSettings | None = None,
+    settings: SimulationSettings | None = None,
 ) -> Study:
     """Run every case of a plan. Ctrl-C ends the study early and keeps the finished cases.
 
@@ -77,17 +77,17 @@ def run_study(
     tell = on_progress or (lambda what, done: None)
     begin = perf_counter()
     try:
-        for scenario in plan.scenarios():
-            tell(f"building {scenario.slug}", 0.0)
-            _build(study, scenario, motions_folder)
+        for condition in plan.conditions():
+            tell(f"building {condition.slug}", 0.0)
+            _build(study, condition, motions_folder)
         known: dict[tuple[bytes, float, str, int], CaseResult] = {}
         for case in plan.cases():
-            motion = study.scenarios[case.scenario]
+            motion = study.conditions[case.condition]
             key = (motion.qpos.tobytes(), motion.fps, case.controller, case.seed)
             if key in known:
                 study.results.append(CaseResult(case, known[key].metrics, known[key].simulated))
                 continue
-            label, done = f"{case.controller} {case.scenario.slug} seed {case.seed}", len(study.results)
+            label, done = f"{case.controller} {case.condition.slug} seed {case.seed}", len(study.results)
             tell(label, done)
             run = track(
                 motion,
@@ -110,14 +110,14 @@ def launch_s(motion: Motion) -> float | None:
     return motion.events["launch"] / motion.fps if "launch" in motion.events else None
 
 
-def _build(study: Study, scenario: Scenario, folder: Path | None) -> None:
+def _build(study: Study, condition: Condition, folder: Path | None) -> None:
     plan = study.plan
-    target = next(target for target in plan.targets if target.name == scenario.target)
-    motion = make_scenario(plan.locomotion, target, replace(plan.profile, level=scenario.alpha), scenario.arm)
-    study.kinematic[scenario] = evaluate_motion(motion)
-    study.scenarios[scenario] = motion
+    target = next(target for target in plan.targets if target.name == condition.target)
+    motion = make_scenario(plan.locomotion, target, replace(plan.profile, level=condition.alpha), condition.arm)
+    study.kinematic[condition] = evaluate_motion(motion)
+    study.conditions[condition] = motion
     if folder is not None:
-        study.files.append(save_motion(motion, folder / f"{scenario.slug}.npz"))
+        study.files.append(save_motion(motion, folder / f"{condition.slug}.npz"))
 
 
 def _keep(study: Study, case: Case, run: Run, folder: Path | None) -> CaseResult:
@@ -126,5 +126,5 @@ def _keep(study: Study, case: Case, run: Run, folder: Path | None) -> CaseResult
     result = CaseResult(case, metrics, simulated)
     study.results.append(result)
     if simulated is not None and folder is not None:
-        study.files.append(save_motion(simulated, folder / f"{case.scenario.slug}_{case.controller}.npz"))
+        study.files.append(save_motion(simulated, folder / f"{case.condition.slug}_{case.controller}.npz"))
     return result

@@ -1,4 +1,4 @@
-"""`simprep duel example` and `simprep duel analyze`, as a user runs them."""
+"""`simprep duel synthetic` and `simprep duel analyse`, as a user runs them."""
 
 import json
 
@@ -17,8 +17,8 @@ def run(capsys, *arguments):
     return code, *capsys.readouterr()
 
 
-def test_example_then_analyze(folder, capsys):
-    code, out, _ = run(capsys, "example", "taekwondo", "--clips", 1, "--seed", 1, "-o", folder, "--json")
+def test_synthetic_stream_then_analysis(folder, capsys):
+    code, out, _ = run(capsys, "synthetic", "taekwondo", "--clips", 1, "--seed", 1, "-o", folder, "--json")
     assert code == 0
     made = json.loads(out)
     assert made["clips"] == 1
@@ -26,7 +26,7 @@ def test_example_then_analyze(folder, capsys):
     assert (folder / "taekwondo_1.md").read_text().startswith("# taekwondo_1\n\nSynthetic")
     code, out, _ = run(
         capsys,
-        "analyze",
+        "analyse",
         folder / "taekwondo_1.npz",
         "-o",
         folder / "out",
@@ -63,7 +63,7 @@ def test_example_then_analyze(folder, capsys):
 
 def test_a_stream_without_truth_needs_annotations(folder, capsys):
     (folder / "taekwondo_1.npz").rename(folder / "recorded.npz")
-    code, _, err = run(capsys, "analyze", folder / "recorded.npz", "-o", folder / "none")
+    code, _, err = run(capsys, "analyse", folder / "recorded.npz", "-o", folder / "none")
     assert code == 2
     assert "no annotations" in err
     assert not (folder / "none").exists()
@@ -108,7 +108,7 @@ def test_a_model_without_attacks_is_warned_of_when_made_and_when_used(folder, ca
     ("arguments", "said"),
     [
         (("example", "kickboxing", "--clips", "0"), "--clips 0; valid: 1 to 1000"),
-        (("example", "kickboxing", "--seed", "-1"), "--seed -1; valid: 0 or more"),
+        (("synthetic", "kickboxing", "--seed", "-1"), "--seed -1; valid: 0 or more"),
         (("analyze", "nothing.npz"), "no such file"),
         (("analyze", "nothing.npz", "--annotated", "2"), "valid: above 0, below 1"),
     ],

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from simprep.cli.main import main
-from simprep.duel.annotations import save_annotations
-from simprep.duel.cuts import save_cuts
-from simprep.duel.labels import LEARNED_ASPECTS, QUALIFIERS
-from simprep.duel.segmentation import Cuts
-from simprep.duel.stream import DuelStream
-from simprep.duel.stream_store import save_stream
+from simprep.duel.labels.annotations import save_annotations
+from simprep.duel.labels.cuts import save_cuts
+from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
+from simprep.duel.labels.segmentation import Cuts
+from simprep.duel.stream.store import save_stream
+from simprep.duel.stream.stream import DuelStream
 from simprep.humanoid import BODIES, SIDES, Body, standing_qpos
 from simprep.motion.edit import cut, resample
 from simprep.motion.kinematics import forward_kinematics
@@ -146,7 +146,7 @@ REFUSED = {
     # cuts that would be written where there are none: only once everything could be read
     "missing action of new cuts": ("label IN/stream.npz IN/missing.csv --cuts new.txt", "missing.csv, line 2: player A has no"),
     "both kinds of annotation": ("analyze IN/stream.npz --proposed --no-proposed", "both --proposed and --no-proposed"),
-    "folder without a model": ("fight --model IN", "no model.npz in this folder; `simprep duel analyze STREAM -o DIR`"),
+    "folder without a model": ("fight --model IN", "no model.npz in this folder; `simprep duel analyse STREAM -o DIR`"),
     "stream as a model": ("fight --model IN/stream.npz", "stream.npz: schema 'simprep.duel-stream/1'; this version reads"),
 }  # fmt: skip
 

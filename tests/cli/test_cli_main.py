@@ -13,6 +13,7 @@ from simprep.errors import SettingError
 from simprep.humanoid import hinge_index, standing_qpos
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
+from simprep.physics.store import read_run
 
 COMMANDS = ("validate", "track", "import", "library", "train", "approach", "graph")
 TRACK_KEYS = {
@@ -42,6 +43,12 @@ def test_help_is_light_and_fast():
         times.append(perf_counter() - begin)
         assert done.stdout.strip().endswith("LOADED []")
     assert min(times) < 1.0
+
+
+@pytest.mark.parametrize(("former", "present"), [("analyze", "analyse"), ("example", "synthetic")])
+def test_subcommands_answer_to_their_former_names(former, present, capsys):
+    assert main(["duel", former, "--help"]) == 0
+    assert f"simprep duel {present}" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("command", COMMANDS)
@@ -101,11 +108,10 @@ def test_track_prints_one_json_object_and_writes_its_files(arm_raise, tmp_path, 
     assert 0 < content["mpjpe_mm"] < 200
     assert str(out / "run.npz") in printed.err
     assert json.loads((out / "metrics.json").read_text()) == content
-    with np.load(out / "run.npz") as run:
-        steps = len(run["torque"])
-        assert run["qpos"].shape == (steps + 1, 44)
-        assert run["foot_contact"].shape == (steps, 2)
-        assert json.loads(str(run["header"]))["schema"] == "simprep.run/1"
+    run = read_run(out)
+    assert (run.reference.name, run.controller, run.end) == ("arm_raise", "pd", "done")
+    assert (run.qpos.shape, run.foot_contact.shape) == ((run.steps + 1, 44), (run.steps, 2))
+    assert run.end_s == content["survived_s"]
 
 
 def test_track_frames_and_seconds(arm_raise, tmp_path, capsys):

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 
 from simprep.cli.main import main
-from simprep.duel.example.bout import make_example
-from simprep.duel.example.presets import PRESETS
-from simprep.duel.fight_model import save_fight_model
-from simprep.duel.stream_store import read_stream
-from simprep.duel.stream_tracks import pair_tracks
-from simprep.duel.structures import couple, link_actions
-from simprep.duel.transition_model import train
-from simprep.physics.pair_store import read_pair_run
+from simprep.duel.model.fight_model import save_fight_model
+from simprep.duel.model.structures import couple, link_actions
+from simprep.duel.model.tracks import pair_tracks
+from simprep.duel.model.transition_model import train
+from simprep.duel.stream.store import read_stream
+from simprep.duel.synthetic.make import make_synthetic
+from simprep.duel.synthetic.presets import PRESETS
+from simprep.physics.store import read_run
 
 KEYS = [
     "fps_kinematic", "s_per_s", "falls_per_min", "mpjpe_mm", "penetration_mm", "foot_slip_ratio", "facing_error_deg",
@@ -27,7 +27,7 @@ PHYSICS = ("s_per_s", "falls_per_min", "mpjpe_mm", "foot_slip_ratio", "assist_n"
 
 @pytest.fixture(scope="module")
 def model(tmp_path_factory):
-    example = make_example(replace(PRESETS["kickboxing"], clips=3, clip_s=30.0), seed=5)
+    example = make_synthetic(replace(PRESETS["kickboxing"], clips=3, clip_s=30.0), seed=5)
     player, start, end, clip = example.truth.table.T
     graph = couple(link_actions(player, start, end, example.truth.codes, clip))
     folder = tmp_path_factory.mktemp("model")
@@ -88,7 +88,10 @@ def test_a_simulated_fight_writes_its_run_and_contacts(model, tmp_path, capsys):
     assert all(found[key] is not None and math.isfinite(found[key]) for key in PHYSICS if key != "foot_slip_ratio")
     written = {path.name for path in tmp_path.iterdir()}
     assert {"fight.npz", "tracked.npz", "run.npz", "simulated.npz", "contacts.csv", "actions.csv"} <= written
-    assert read_pair_run(tmp_path / "run.npz").end_s == pytest.approx(0.6, abs=0.05)
+    simulated = read_run(tmp_path)
+    assert simulated.end_s == pytest.approx(0.6, abs=0.05)
+    assert simulated == read_run(tmp_path / "run.npz")
+    assert [one.reference.name for one in simulated.bodies] == ["fight_A", "fight_B"]
     # posture optimisation moves arms and trunk, and neither root nor legs
     before, after = (read_stream(tmp_path / name).players[0].qpos for name in ("fight.npz", "tracked.npz"))
     np.testing.assert_array_equal(before[:, :7], after[:, :7])

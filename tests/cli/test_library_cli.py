@@ -10,7 +10,7 @@ from simprep.cli.main import main
 from simprep.humanoid import BODIES
 from simprep.library import library_entries, library_motion, library_names
 from simprep.library.facts import fist_positions, motion_facts
-from simprep.library.walk import WalkStyle
+from simprep.library.walking.walk import WalkStyle
 from simprep.motion.edit import repeat
 from simprep.motion.kinematics import forward_kinematics
 from simprep.report.gl import NoGlError, find_backend

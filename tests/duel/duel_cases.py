@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from simprep.duel.labels import LEARNED_ASPECTS, QUALIFIERS
-from simprep.duel.segmentation import Cuts
-from simprep.duel.stream import DuelStream
+from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
+from simprep.duel.labels.segmentation import Cuts
+from simprep.duel.stream.stream import DuelStream
 from simprep.humanoid import hinge_index, standing_qpos
 from simprep.motion.motion import Motion
 

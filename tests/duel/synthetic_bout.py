@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from simprep.duel.action_features import PairTracks
-from simprep.duel.label_model import Tabulated
-from simprep.duel.labels import Label
-from simprep.duel.structures import ActionList, CoupledGraph, couple, link_actions
+from simprep.duel.labels.labels import Label
+from simprep.duel.model.action_features import PairTracks
+from simprep.duel.model.label_model import Tabulated
+from simprep.duel.model.structures import ActionList, CoupledGraph, couple, link_actions
 
 FPS = 60.0
 JOINTS = 16

@@ -7,7 +7,7 @@ from scipy.spatial import ConvexHull, QhullError
 from simprep.errors import UnknownNameError
 from simprep.humanoid import BODIES, GRAVITY, HINGES, SIDES, hinge_index, humanoid_model
 from simprep.library import library_entries, library_motion, library_names
-from simprep.library.balance import ground_reaction
+from simprep.library.parts.balance import ground_reaction
 from simprep.motion.contacts import stances
 from simprep.motion.edit import mirror, repeat
 from simprep.motion.kinematics import forward_kinematics

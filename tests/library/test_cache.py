@@ -129,7 +129,7 @@ def test_a_second_process_loads_what_the_first_made(folder):
         "motion = library_motion('jump')\n"
         "print(hashlib.sha256(motion.qpos.tobytes()).hexdigest(), dict(motion.events))"
     )
-    spoil = "import simprep.library.jump as j; j.build_target = None\n"  # generating would fail
+    spoil = "import simprep.library.jump as j; j.build_movement = None\n"  # generating would fail
     first = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     second = subprocess.run([sys.executable, "-c", spoil + code], capture_output=True, text=True, check=True).stdout
     assert first == second

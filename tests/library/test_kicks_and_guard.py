@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import BODIES, FEET, SIDES, hinge_index
 from simprep.library import library_motion
-from simprep.library.kick_parts import flexion_towards
+from simprep.library.kicks.parts import flexion_towards
 from simprep.library.registry import library_entries
 from simprep.motion.edit import mirror, repeat
 from simprep.motion.kinematics import forward_kinematics

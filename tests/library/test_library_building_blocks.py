@@ -5,11 +5,11 @@ import numpy as np
 import pytest
 
 from simprep.humanoid import BODIES, GRAVITY, HINGES, LEG_JOINTS, SIDES, hinge_index, humanoid_model, standing_qpos
-from simprep.library.balance import cart_table_zmp, com_from_zmp, ground_reaction
-from simprep.library.curves import key_curve, minimum_jerk
-from simprep.library.feet import FootPath, Stance, foot_spheres
-from simprep.library.limbs import arm_angles, leg_angles
-from simprep.library.target import degrees_curve
+from simprep.library.parts.balance import cart_table_zmp, com_from_zmp, ground_reaction
+from simprep.library.parts.feet import FootPath, Stance, foot_spheres
+from simprep.library.parts.limbs import arm_angles, leg_angles
+from simprep.library.parts.movement import degrees_curve
+from simprep.motion.curves import key_curve, minimum_jerk
 from simprep.motion.kinematics import forward_kinematics
 
 

@@ -7,8 +7,8 @@ from test_built_in_motions import hands_and_knees_on_the_floor, outside, played
 from simprep.humanoid import BODIES, FEET, GRAVITY
 from simprep.library import jump as jumps
 from simprep.library import library_entries, library_motion
-from simprep.library.balance import com_from_zmp, ground_reaction, later_period
-from simprep.library.walk_directions import BACKWARD, CURVE, FAST
+from simprep.library.parts.balance import com_from_zmp, ground_reaction, later_period
+from simprep.library.walking.directions import BACKWARD, CURVE, FAST
 from simprep.motion.edit import loop_displacement, mirror, repeat
 from simprep.motion.kinematics import forward_kinematics
 

@@ -6,9 +6,9 @@ import pytest
 
 from simprep.humanoid import BODIES, hinge_index, humanoid_model
 from simprep.library import library_entries, library_motion
-from simprep.library.block import Block
-from simprep.library.hook import Hook
-from simprep.library.straight import StraightPunch
+from simprep.library.boxing.block import Block
+from simprep.library.boxing.hook import Hook
+from simprep.library.boxing.jab_and_cross import StraightPunch
 from simprep.motion.edit import mirror
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import rotation_matrix

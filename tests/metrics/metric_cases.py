@@ -4,7 +4,7 @@ import numpy as np
 
 from simprep.humanoid import HINGES, N_QVEL, hinge_index, standing_qpos
 from simprep.motion.motion import Motion, differentiate
-from simprep.physics.run import DONE, Run
+from simprep.physics.run import DONE, BodyRun, Run
 
 HINGE_COUNT = len(HINGES)
 
@@ -32,18 +32,16 @@ def swaying_motion(fps: float, seconds: float = 2.0) -> Motion:
     return Motion(qpos, fps, contacts, events={"launch": round(fps)})
 
 
-def run_of(motion: Motion, reference: Motion, end: str = DONE, **changes: object) -> Run:
+def run_of(motion: Motion, reference: Motion, end: str = DONE, fallen: int | None = None, **arrays: np.ndarray) -> Run:
     """A run that went through the poses of `motion` while tracking `reference` (both at the simulation rate)."""
     steps = len(motion) - 1
-    time = np.arange(steps + 1) / motion.fps
-    values: dict[str, object] = {
-        "reference": reference, "controller": "test", "seed": 0, "timestep": 1 / motion.fps, "time": time,
+    values = {
         "qpos": motion.qpos, "qvel": differentiate(motion.qpos, motion.fps),
-        "reference_qpos": reference.qpos[: steps + 1], "reference_qvel": np.zeros((steps + 1, N_QVEL)),
+        "reference_qvel": np.zeros((steps + 1, N_QVEL)),
         "target": np.zeros((steps, HINGE_COUNT)), "torque": np.zeros((steps, HINGE_COUNT)),
         "torque_limit": np.full(HINGE_COUNT, 100.0), "ground_force": np.tile([0.0, 0.0, 735.0], (steps, 1)),
         "foot_force": np.zeros((steps, 2, 3)), "centre_of_pressure": np.zeros((steps, 2)),
         "foot_contact": motion.contacts[1:], "penetration": np.zeros(steps),
-        "end": end, "end_s": float(time[-1]), "fell_at_s": None, "end_reason": "made up", "wall_s": 3.0,
     }  # fmt: skip
-    return Run(**(values | changes))  # type: ignore[arg-type]
+    body = BodyRun(reference=reference, **(values | arrays))
+    return Run((body,), "test", 0, 1 / motion.fps, end, "made up", fallen, wall_s=3.0)

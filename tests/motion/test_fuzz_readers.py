@@ -18,7 +18,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from motion_files import LIMBS, amc_text, asf_text, bvh_text, deepmimic_frame, deepmimic_text
 
-from simprep.duel.positions import position_clip, read_positions
+from simprep.duel.stream.positions import position_clip, read_positions
 from simprep.errors import SimprepError
 from simprep.humanoid import standing_qpos
 from simprep.motion.edit import resample

@@ -8,12 +8,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import BODIES, DEFAULT_BODY, Body, hinge_index, humanoid_model, standing_qpos
+from simprep.motion.closed_form import closed_form
 from simprep.motion.foot_passage import place_feet
 from simprep.motion.footholds import FootPoses, sole_points
 from simprep.motion.ground import place_on_floor
-from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.import_check import check_import
-from simprep.motion.retarget import RetargetSettings, closed_form, solve
+from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.retarget import RetargetSettings, solve
 from simprep.motion.targets import ORIENTED, Targets
 
 

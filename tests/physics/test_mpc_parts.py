@@ -49,8 +49,8 @@ def test_standing_legs_bear_the_body_and_hang_in_free_fall() -> None:
 
 def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
     reference = make_reference(library_motion("punch_right"), 1 / 240)
-    planner = build_planner(SceneSettings(), 1 / 120)
-    cost = TrackingCost(reference, 2, 1 / 240, 24, planner.qvel, CostWeights())
+    planner = build_planner(build_scene(), SceneSettings(), 1 / 120)
+    cost = TrackingCost(reference, 2, 1 / 240, 24, planner.dofs[0], planner.bodies[0].feet, CostWeights())
     start = 120
     states = start + 2 * np.arange(1, 25)
     world = np.zeros((1, 24, 1, 3))
@@ -73,7 +73,8 @@ def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
 
 
 def test_planner_is_the_same_body_with_fewer_joints() -> None:
-    full, planner = build_scene(), build_planner(SceneSettings(), 1 / 120)
+    full = build_scene()
+    planner = build_planner(full, SceneSettings(), 1 / 120)
     assert planner.model.nv == 43 - 11
     np.testing.assert_allclose(planner.model.body_mass, full.body_mass)
     rng = np.random.default_rng(2)
@@ -89,7 +90,8 @@ def test_planner_is_the_same_body_with_fewer_joints() -> None:
     others = np.setdiff1d(np.arange(full.nbody), hands)
     np.testing.assert_allclose(reduced.xpos[others], data.xpos[others], atol=1e-9)
     np.testing.assert_allclose(reduced.subtree_com[1], data.subtree_com[1], atol=2e-3)  # hands at rest in the plan
-    assert [planner.model.actuator(i).name for i in range(planner.model.nu)] == [HINGES[i] for i in planner.hinges]
+    assert [planner.model.actuator(i).name for i in range(planner.model.nu)] == [HINGES[i] for i in planner.controls]
+    assert planner.bodies[0].joint_names == tuple(HINGES[i] for i in planner.controls)
 
 
 def test_impossible_settings_are_refused() -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import MotionError, SettingError, UnknownNameError
-from simprep.humanoid import DEFAULT_BODY, hinge_index, standing_qpos
+from simprep.humanoid import hinge_index, standing_qpos
 from simprep.library import library_motion
 from simprep.motion.edit import cut, repeat
 from simprep.motion.kinematics import body_clearance, forward_kinematics
@@ -15,8 +15,7 @@ from simprep.physics.mpc import MpcSettings
 from simprep.physics.pushes import Push
 from simprep.physics.reference import ReferenceSettings, make_reference
 from simprep.physics.run import Run
-from simprep.physics.track import TrackSettings, track
-from simprep.scene import Obstacle, SceneSettings, build_scene
+from simprep.physics.simulate import SimulationSettings, track
 
 WEIGHT_N = 75.0 * 9.81
 CHEAP = MpcSettings(samples=16, elites=6)
@@ -39,7 +38,7 @@ def momentum_residual(run: Run) -> np.ndarray:
 
 def test_only_gravity_and_the_floor_move_the_com() -> None:
     motion = repeat(library_motion("walk"), 1)
-    for run in (track(motion, "pd"), track(cut(motion, 0, 40), "mpc", settings=TrackSettings(mpc=CHEAP))):
+    for run in (track(motion, "pd"), track(cut(motion, 0, 40), "mpc", settings=SimulationSettings(mpc=CHEAP))):
         residual = momentum_residual(run)
         # impulses per quarter second; what is left is the velocity-dependent part of the integrator's error
         window = round(0.25 / run.timestep)
@@ -80,7 +79,9 @@ def test_plain_servos_fall_in_a_walk_and_the_run_says_so() -> None:
 
 def test_mpc_walks_and_is_bit_identical_at_any_thread_count() -> None:
     motion = repeat(library_motion("walk"), 2)
-    runs = [track(motion, "mpc", seed=3, settings=TrackSettings(mpc=replace(MpcSettings(), threads=n))) for n in (1, 2)]
+    runs = [
+        track(motion, "mpc", seed=3, settings=SimulationSettings(mpc=replace(MpcSettings(), threads=n))) for n in (1, 2)
+    ]
     np.testing.assert_array_equal(runs[0].qpos, runs[1].qpos)
     np.testing.assert_array_equal(runs[0].torque, runs[1].torque)
     run = runs[0]
@@ -88,28 +89,28 @@ def test_mpc_walks_and_is_bit_identical_at_any_thread_count() -> None:
     error = forward_kinematics(run.qpos).xpos - forward_kinematics(run.reference_qpos).xpos
     assert np.linalg.norm(error - error[:, :1], axis=-1).mean() < 0.06
     assert (np.abs(run.torque) <= run.torque_limit + 1e-9).all()
-    other = track(cut(motion, 0, 20), "mpc", seed=4, settings=TrackSettings(mpc=CHEAP))
-    same = track(cut(motion, 0, 20), "mpc", seed=5, settings=TrackSettings(mpc=CHEAP))
+    other = track(cut(motion, 0, 20), "mpc", seed=4, settings=SimulationSettings(mpc=CHEAP))
+    same = track(cut(motion, 0, 20), "mpc", seed=5, settings=SimulationSettings(mpc=CHEAP))
     assert np.abs(other.qpos[-1] - same.qpos[-1]).max() > 0  # the seed matters
 
 
 def test_a_push_moves_the_body_and_is_reported() -> None:
     push = Push("thorax", 0.2, 0.1, (0.0, 100.0, 0.0))
-    run = track(standing(0.5), "pd", settings=TrackSettings(pushes=(push,)))
+    run = track(standing(0.5), "pd", settings=SimulationSettings(pushes=(push,)))
     still = track(standing(0.5), "pd")
     assert run.assist.force_n == 100.0
     com = [forward_kinematics(r.qpos).com[:, 1] for r in (run, still)]
     # until the feet answer, 10 N s on 75 kg
     assert np.diff(com[0] - com[1]).max() / run.timestep == pytest.approx(100 * 0.1 / 75, rel=0.35)
     with pytest.raises(SettingError, match="push on unknown body 'torso'; valid: pelvis, "):
-        track(standing(), "pd", settings=TrackSettings(pushes=(replace(push, body="torso"),)))
+        track(standing(), "pd", settings=SimulationSettings(pushes=(replace(push, body="torso"),)))
 
 
 def test_divergence_is_reported_not_returned_as_data() -> None:
     qpos = standing(0.5).qpos.copy()
     qpos[:, 7 + hinge_index("left_knee_flexion")] = np.linspace(0, 1e9, len(qpos))
     motion = Motion(qpos, 60.0, np.ones((len(qpos), 2), dtype=bool), name="absurd")
-    run = track(motion, "pd", settings=TrackSettings(reference=ReferenceSettings(smoothing=0, lift=False)))
+    run = track(motion, "pd", settings=SimulationSettings(reference=ReferenceSettings(smoothing=0, lift=False)))
     assert run.end == "diverged"
     assert "MuJoCo warning" in run.end_reason or "NaN" in run.end_reason
     assert run.fell_at_s is None
@@ -138,20 +139,3 @@ def test_smoothing_keeps_lines_and_ends() -> None:
 def test_unknown_controller_lists_the_valid_ones() -> None:
     with pytest.raises(UnknownNameError, match="unknown controller 'lqr'; valid: pd, mpc"):
         track(standing(), "lqr")
-
-
-def test_scenes_hold_two_fighters_that_collide_and_obstacles() -> None:
-    import mujoco
-
-    pad = Obstacle("pad", (0.4, 0.0, 1.3), (0.1, 0.1, 0.1), soft=True)
-    model = build_scene(SceneSettings((DEFAULT_BODY, DEFAULT_BODY), (pad,)))
-    data = mujoco.MjData(model)
-    for number, x in enumerate((0.0, 0.25)):
-        data.qpos[44 * number : 44 * number + 3] = x, 0.0, 0.95
-    mujoco.mj_forward(model, data)
-    bodies = {tuple(sorted(model.body(model.geom_bodyid[g]).name[:2] for g in pair)) for pair in data.contact.geom}
-    assert ("a_", "b_") in bodies
-    pad_id = model.geom("pad").id
-    assert any(pad_id in pair for pair in data.contact.geom)
-    with pytest.raises(SettingError, match="3 bodies in a scene; valid: 1 or 2"):
-        build_scene(SceneSettings((DEFAULT_BODY,) * 3))

@@ -5,8 +5,8 @@ from scipy.spatial.transform import Rotation
 
 from simprep.humanoid import SIDES, hinge_index, standing_qpos
 from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.limb_ik import legs, solve_leg
 from simprep.motion.rotations import axis_rotation
-from simprep.preparation.foot_ik import legs, solve_leg
 from simprep.preparation.planting import Standing, foot_heading, plant_feet
 
 
@@ -35,6 +35,10 @@ def test_a_foot_that_an_ankle_limit_tilts_keeps_the_point_that_carries_it():
     for yielding in (False, True):
         standing = Standing(turning=np.zeros((count, 2)), yielding=yielding)
         made = plant_feet(qpos, None, contacts, np.ones(count), np.zeros(2), fps, standing=standing)
+        for leg in legs():
+            angles = made.qpos[:, 7 + leg.hinges]
+            assert (angles >= leg.low).all()
+            assert (angles <= leg.high).all()
         toes = made.kinematics.foot_points[:, :, 3, :2]
         spread.append(np.linalg.norm(toes - toes[0], axis=-1).max())
     assert spread[0] > 0.01, "no limit is met"

@@ -1,6 +1,6 @@
 """Posture optimisation: gradients, descent, and the acceptance numbers on built-in and captured motion."""
 
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
@@ -11,30 +11,30 @@ from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion
 from simprep.motion.motion import Motion
-from simprep.preparation.posture_optimisation import N_UPPER, PostureProblem
+from simprep.preparation.posture_problem import N_UPPER, PostureFrame, PostureProblem
 from simprep.preparation.prepare import Preparation, Record, prepare
 from simprep.preparation.settings import PreparationSettings
 
 UPPER = slice(7, 7 + N_UPPER)
 
 
-def problem_at(motion: Motion, frame: int, settings=None) -> tuple[PostureProblem, np.ndarray]:
+def problem_at(motion: Motion, frame: int, settings=None) -> tuple[PostureProblem, PostureFrame]:
     settings = settings or PreparationSettings()
     problem = PostureProblem(motion.body, settings)
     last, before = problem.centres_of(motion.qpos[frame - 1]), problem.centres_of(motion.qpos[frame - 2])
-    start = problem.set_frame(motion.qpos[frame], np.array([0.3, -0.1]) + motion.qpos[frame, :2], last, before)
-    return problem, start
+    posture = problem.frame(motion.qpos[frame], np.array([0.3, -0.1]) + motion.qpos[frame, :2], last, before)
+    return problem, posture
 
 
 def test_gradient_agrees_with_finite_differences(walk):
     rng = np.random.default_rng(0)
     for frame in (5, 20, 41):
-        problem, start = problem_at(walk, frame)
-        hinges = np.clip(start + rng.normal(0, 0.15, N_UPPER), problem.low, problem.high)
-        gradient, curvature = problem.gradient(hinges)
+        problem, posture = problem_at(walk, frame)
+        hinges = np.clip(posture.hinges + rng.normal(0, 0.15, N_UPPER), problem.low, problem.high)
+        gradient, curvature = problem.gradient(posture, hinges)
         h = 1e-6
         numeric = [
-            (problem.costs(hinges + h * e).total - problem.costs(hinges - h * e).total) / (2 * h)
+            (problem.costs(posture, hinges + h * e).total - problem.costs(posture, hinges - h * e).total) / (2 * h)
             for e in np.eye(N_UPPER)
         ]
         np.testing.assert_allclose(gradient, numeric, atol=1e-7)
@@ -43,9 +43,9 @@ def test_gradient_agrees_with_finite_differences(walk):
 
 def test_terms_are_those_of_the_paper(walk):
     settings = PreparationSettings(smooth_norm=1e-9, joint_weight=0.0)
-    problem, start = problem_at(walk, 10, settings)
-    changed = start + 0.1
-    costs = problem.costs(changed)
+    problem, posture = problem_at(walk, 10, settings)
+    changed = posture.hinges + 0.1
+    costs = problem.costs(posture, changed)
     qpos = np.tile(walk.qpos[10], (2, 1))
     qpos[1, UPPER] = changed
     now, past = forward_kinematics(qpos), forward_kinematics(walk.qpos[8:10])
@@ -58,14 +58,25 @@ def test_terms_are_those_of_the_paper(walk):
     assert costs.total == pytest.approx(2.0 * costs.balance + 1.0 * costs.style + 0.25 * costs.smoothness)
 
 
+def test_frames_do_not_depend_on_the_order_of_calls(walk):
+    problem, one = problem_at(walk, 12)
+    alone = problem.costs(one, one.hinges + 0.05)
+    other = problem.frame(walk.qpos[30], None)
+    problem.minimise(other, other.hinges)
+    problem.com_jacobian(walk.qpos[3])
+    assert problem.costs(one, one.hinges + 0.05) == alone
+    with pytest.raises(FrozenInstanceError):
+        one.centre = None
+
+
 def test_descent_never_raises_the_cost_and_keeps_limits_and_step_count(walk):
     rng = np.random.default_rng(3)
     for max_steps in (0, 1, 10):
-        problem, blended = problem_at(walk, 12, PreparationSettings(max_steps=max_steps))
+        problem, posture = problem_at(walk, 12, PreparationSettings(max_steps=max_steps))
         for _ in range(5):
-            start = np.clip(blended + rng.normal(0, 0.3, N_UPPER), problem.low, problem.high)
-            best, steps = problem.minimise(start)
-            assert problem.costs(best).total <= problem.costs(start).total
+            start = np.clip(posture.hinges + rng.normal(0, 0.3, N_UPPER), problem.low, problem.high)
+            best, steps = problem.minimise(posture, start)
+            assert problem.costs(posture, best).total <= problem.costs(posture, start).total
             assert (problem.low <= best).all()
             assert (best <= problem.high).all()
             assert steps <= max_steps
@@ -83,21 +94,19 @@ def reductions(prepared: Preparation, blended: Preparation, frames, joint_weight
     for frame in frames:
         history = [problem.centres_of(prepared.motion.qpos[frame - back]) for back in (1, 2)]
         centre = prepared.record.goal[frame]
-        blended_hinges = problem.set_frame(
-            blended.motion.qpos[frame], None if np.isnan(centre[0]) else centre, *history
-        )
-        start = np.clip(blended_hinges, problem.low, problem.high)
+        posture = problem.frame(blended.motion.qpos[frame], None if np.isnan(centre[0]) else centre, *history)
+        start = np.clip(posture.hinges, problem.low, problem.high)
         best = minimize(
-            lambda x: (problem.costs(x).total, problem.gradient(x)[0]),
+            lambda x, posture=posture: (problem.costs(posture, x).total, problem.gradient(posture, x)[0]),
             start,
             jac=True,
             bounds=list(zip(problem.low, problem.high)),
             method="L-BFGS-B",
             options={"maxiter": 2000, "maxfun": 5000, "ftol": 1e-12, "gtol": 1e-8, "maxcor": 30},
         )
-        result = problem.costs(prepared.motion.qpos[frame, UPPER]).total
-        descent = problem.costs(problem.minimise(start)[0]).total
-        rows.append(problem.costs(blended_hinges).total - np.array([result, descent, best.fun]))
+        result = problem.costs(posture, prepared.motion.qpos[frame, UPPER]).total
+        descent = problem.costs(posture, problem.minimise(posture, start)[0]).total
+        rows.append(problem.costs(posture, posture.hinges).total - np.array([result, descent, best.fun]))
     return np.array(rows)
 
 

@@ -5,17 +5,17 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from simprep.duel.fight import Fight, FightAction
-from simprep.duel.labels import Label
-from simprep.duel.stream import DuelStream
-from simprep.duel.structures import couple, link_actions
+from simprep.duel.fight.fight import Fight, FightAction
+from simprep.duel.labels.labels import Label
+from simprep.duel.model.structures import couple, link_actions
+from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
 from simprep.humanoid import standing_qpos
 from simprep.motion.motion import Motion
-from simprep.report.fight_strip import strip_captions, strip_frames
-from simprep.report.fight_timeline import INTENDED, UNINTENDED, fight_timeline
-from simprep.report.label_text import COLOUR_OF, full_text, kind_of, short_text
-from simprep.report.structures_figure import plot_structures
+from simprep.report.duel.label_text import COLOUR_OF, full_text, kind_of, short_text
+from simprep.report.duel.structures import plot_structures
+from simprep.report.fight.moments import strip_captions, strip_frames
+from simprep.report.fight.timeline import INTENDED, UNINTENDED, fight_timeline
 
 NEUTRAL = Label(move="L-L").code
 KICK = Label(move="L-L", right_kick="up").code

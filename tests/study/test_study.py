@@ -10,7 +10,7 @@ from simprep.cli.main import main
 from simprep.errors import SettingError, UnknownNameError
 from simprep.humanoid import HINGES, hinge_index, standing_qpos
 from simprep.motion.motion import Motion
-from simprep.physics.run import Run
+from simprep.physics.run import BodyRun, Run
 from simprep.study.plan import ARMS, StudyPlan
 from simprep.study.validate import run_study
 
@@ -48,15 +48,15 @@ class FakeTrack:
         zeros = np.zeros((steps, len(HINGES)))
         if progress:
             progress(0.5)
-        return Run(
-            reference=motion, controller=controller, seed=seed, timestep=1 / 30, time=np.arange(steps + 1) / 30,
-            qpos=motion.qpos[: steps + 1], qvel=np.zeros((steps + 1, 43)), reference_qpos=motion.qpos[: steps + 1],
+        body = BodyRun(
+            reference=motion, qpos=motion.qpos[: steps + 1], qvel=np.zeros((steps + 1, 43)),
             reference_qvel=np.zeros((steps + 1, 43)), target=zeros, torque=zeros, torque_limit=np.ones(len(HINGES)),
             ground_force=np.zeros((steps, 3)), foot_force=np.zeros((steps, 2, 3)),
             centre_of_pressure=np.zeros((steps, 2)), foot_contact=np.ones((steps, 2), bool), penetration=np.zeros(steps),
-            end="fell" if fell else "done", end_s=steps / 30, fell_at_s=steps / 30 if fell else None,
-            end_reason="test", wall_s=0.1,
         )  # fmt: skip
+        return Run(
+            (body,), controller, seed, 1 / 30, "fell" if fell else "done", "test", 0 if fell else None, wall_s=0.1
+        )
 
 
 @pytest.fixture
@@ -76,7 +76,7 @@ def test_a_plan_runs_every_combination_and_deterministic_controllers_once():
     cases = plan.cases()
     assert len(cases) == len(set(cases)) == 2 * 2 * 4 * (1 + 3)
     assert {case.seed for case in cases if case.controller == "pd"} == {0}
-    assert {case.scenario.arm for case in cases[:4]} == set(ARMS)  # arms side by side, so a short study compares
+    assert {case.condition.arm for case in cases[:4]} == set(ARMS)  # arms side by side, so a short study compares
     with pytest.raises(UnknownNameError, match="valid: none, traditional"):
         replace(plan, arms=("magic",))
     with pytest.raises(SettingError, match=r"alpha 1\.2"):

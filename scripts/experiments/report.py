@@ -1,0 +1,228 @@
+"""What an experiment writes: metrics.json with paired differences, film strips, plans; and the command line of its script."""
+
+import argparse
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from experiments.cases import (
+    ARMS,
+    LAUNCH_METRICS,
+    Experiment,
+    build_worlds,
+    kept_motions,
+    make_approach,
+    run_cases,
+)
+from simprep.errors import MissingExtraError, SimprepError
+from simprep.metrics.paired import paired_differences
+from simprep.report.approach_figure import plot_approach
+from simprep.report.film_strip import Row, StripSettings, save_film_strip
+from simprep.report.gl import NoGlError
+from simprep.report.results import provenance, save_json
+from simprep.scene import Obstacle, SceneSettings
+
+SCHEMA = "simprep.experiment/1"
+STRIKE_FRAMES = 24
+"""Frames after the launch at which the film strip shows a target that marks no impact."""
+BOOTSTRAP_SEED = 2013
+PEOPLE_S = 12.0
+"""How long the motions of the people around the character are [s]."""
+WITH_PEOPLE: dict[str, Any] = {
+    "width_px": 280,
+    "azimuth_deg": 90.0,
+    "elevation_deg": -20.0,
+    "note": "The opponents (one colour each) are drawn only: built-in walk and jabs, played along the paths of the sources of "
+    "influence; no physics, nothing collides with them. Each picture is as wide as it takes to show everybody.",
+}
+"""Wider pictures, and what they say, where people are around the character."""
+COMPARISONS = (("blended", "none"), ("optimised", "none"), ("optimised", "blended"))
+METRICS = (*LAUNCH_METRICS, "success", "mpjpe_mm", "torque_rms_nm")
+LABELS = {"none": "no preparation (plain graph)", "blended": "preparation", "optimised": "preparation + optimisation"}
+
+
+def summarise(cases: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Medians per arm and paired differences, in physics and before it.
+
+    Args:
+        cases: from `run_cases`.
+
+    Returns:
+        `arms`: per arm, counts and medians; `paired` and `paired_before_physics`: by comparison, metric: n, median, low, high
+        (95 % bootstrap). Launches of one seed are not independent, so where a case has several, intervals are too narrow.
+    """
+    rows = [row for case in cases for row in case["rows"]]
+    arms = {}
+    for arm in ARMS:
+        own = [case for case in cases if case["arm"] == arm]
+        launches = [row for row in rows if row["arm"] == arm]
+        good = [row for row in launches if row["success"]]
+        arms[arm] = {
+            "cases": len(own),
+            "reached": sum(bool(case["approach"]["reached"]) for case in own),
+            "launches": len(launches),
+            "launches_survived": len(good),
+            "whole_done": sum(case["whole"].get("end") == "done" for case in own),
+            "whole_simulated": sum(bool(case["whole"]) for case in own),
+            **{name: _median(good, name) for name in (*LAUNCH_METRICS, "alpha_in_effect", "mpjpe_mm")},
+            "max_alpha_jump": max((case["approach"]["max_alpha_jump"] for case in own), default=None),
+            "duration_s": _median([case["approach"] for case in own], "duration_s"),
+        }
+    before = [{**row, **row["before_physics"], "success": True} for row in rows]
+    return {
+        "arms": arms,
+        "paired": {f"{a}_minus_{b}": _paired(rows, a, b, METRICS) for a, b in COMPARISONS},
+        "paired_before_physics": {f"{a}_minus_{b}": _paired(before, a, b, LAUNCH_METRICS[:3]) for a, b in COMPARISONS},
+        "assist": {
+            "force_n": max((row["assist_n"] for row in rows), default=0.0),
+            "torque_nm": max((row["assist_nm"] for row in rows), default=0.0),
+        },
+    }
+
+
+def draw(experiment: Experiment, folder: Path) -> list[Path]:
+    """Film strip and plan views of the first seed.
+
+    Args:
+        experiment: the experiment.
+        folder: its results; holds the motions of the first seed.
+
+    Raises:
+        MissingExtraError: matplotlib or pillow is not installed.
+        NoGlError: nothing can draw off screen here.
+    """
+    files = []
+    worlds = build_worlds(experiment)
+    rows: list[Row] = []
+    marks: dict[str, float] = {}
+    things: tuple[Obstacle, ...] = ()
+    longest = 0.0
+    moments: list[float] = []  # of every arm, so that each shows its targets
+    for arm in ARMS:
+        setting, result = make_approach(experiment, 0, worlds[arm])
+        title = f"{experiment.title}: {LABELS[arm]}"
+        people = experiment.people(setting, PEOPLE_S) if experiment.people else ()
+        files.append(plot_approach(result, setting.tasks, folder / f"plan_{arm}.png", title, people))
+        motions = kept_motions(folder, arm)
+        if motions is None:
+            continue
+        planned, simulated = motions
+        things = setting.things
+        shown = (
+            [planned.events["impact"]] if "impact" in planned.events else [at + STRIKE_FRAMES for at in result.launches]
+        )
+        moments += [frame / planned.fps for frame in shown]
+        moments += [person.events["impact"] / person.fps for person in people if "impact" in person.events]
+        note = "" if simulated.duration > planned.duration - 0.1 else f"fell at {simulated.duration:.2f} s"
+        launched = ", ".join(f"{at / planned.fps:.2f} s" for at in result.launches)
+        rows.append(Row(f"{LABELS[arm]}, simulated with mpc; launch at {launched}", simulated, note or "ended", people))
+        if simulated.duration >= longest:
+            longest = simulated.duration
+            marks = {f"launch {number + 1}": at / planned.fps for number, at in enumerate(result.launches)}
+    if rows:
+        even = np.linspace(0.0, longest, int(np.clip(round(longest / 0.7), 7, 13)))
+        times = [time for time in even if np.abs(np.array([*moments, np.inf]) - time).min() > 0.25]
+        strip = StripSettings(
+            times_s=tuple(sorted({*times, *moments})),
+            marks=marks,
+            scene=SceneSettings(obstacles=things),
+            **(WITH_PEOPLE if experiment.people else {"azimuth_deg": 118.0}),
+        )
+        files.append(save_film_strip(rows, folder / f"strip_{experiment.name}.png", strip))
+    return files
+
+
+def main(experiment: Experiment, description: str) -> int:
+    """The script of an experiment.
+
+    Args:
+        experiment: what to run.
+        description: the script's docstring.
+
+    Returns:
+        Exit code.
+    """
+    parser = argparse.ArgumentParser(description=description, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--seeds", type=int, default=10, help="how many seeds, from 0 (default 10)")
+    parser.add_argument("-o", "--out", type=Path, default=Path("results") / experiment.name)
+    parser.add_argument("--fresh", action="store_true", help="run finished cases again")
+    parser.add_argument("--no-pictures", action="store_true")
+    options = parser.parse_args()
+    if options.seeds < 1:
+        parser.error(f"--seeds {options.seeds}; valid: 1 or more")
+
+    def progress(what: str, done: int, of: int) -> None:
+        print(f"{experiment.name} {done}/{of} {what}", file=sys.stderr, flush=True)
+
+    try:
+        cases = run_cases(experiment, options.seeds, options.out, progress, fresh=options.fresh)
+        summary = summarise(cases)
+        files: list[Path] = []
+        if not options.no_pictures:
+            try:
+                files = draw(experiment, options.out)
+            except (MissingExtraError, NoGlError) as problem:
+                print(f"pictures are missing: {problem}", file=sys.stderr)
+    except SimprepError as error:
+        print(error, file=sys.stderr)
+        return 2
+    content = {
+        "schema": SCHEMA,
+        **provenance([]),
+        "command": " ".join(["python", *sys.argv]),
+        "experiment": experiment.name,
+        "title": experiment.title,
+        "seeds": options.seeds,
+        "windows": experiment.windows,
+        "wall_s": sum(case["wall_s"] for case in cases),
+        **summary,
+        "cases": cases,
+        "files": [path.name for path in files],
+    }
+    path = save_json(options.out / "metrics.json", content)
+    for table in tables(summary):
+        Console(width=150).print(table)
+    print(f"written: {path}")
+    return 0
+
+
+def tables(summary: Mapping[str, Any]) -> list[Table]:
+    """The summary for people."""
+    arms = Table("arm", "reached", "launches survived", *LAUNCH_METRICS[:4], "alpha", title="simulated, medians")
+    for arm, numbers in summary["arms"].items():
+        arms.add_row(
+            LABELS[arm], f"{numbers['reached']}/{numbers['cases']}", f"{numbers['launches_survived']}/{numbers['launches']}",
+            *(_cell(numbers[name]) for name in (*LAUNCH_METRICS[:4], "alpha_in_effect")),
+        )  # fmt: skip
+    paired = Table("difference", "n", *LAUNCH_METRICS[:4], title="simulated, median of pairs (95 % interval)")
+    for name, metrics in summary["paired"].items():
+        cells = [_interval(metrics.get(key)) for key in LAUNCH_METRICS[:4]]
+        first = metrics.get(LAUNCH_METRICS[0]) or {}
+        paired.add_row(name.replace("_", " "), str(first.get("n", 0)), *cells)
+    return [arms, paired]
+
+
+def _paired(rows: Sequence[Mapping[str, Any]], a: str, b: str, metrics: Sequence[str]) -> dict[str, Any]:
+    generator = np.random.default_rng(BOOTSTRAP_SEED)
+    return paired_differences(rows, a, b, generator, metrics).get("mpc", {})
+
+
+def _median(rows: Sequence[Mapping[str, Any]], name: str) -> float | None:
+    values = [row[name] for row in rows if row.get(name) is not None]
+    return float(np.median(values)) if values else None
+
+
+def _cell(value: float | None) -> str:
+    return "-" if value is None else f"{value:.3g}"
+
+
+def _interval(item: Mapping[str, Any] | None) -> str:
+    if not item or item["median"] is None:
+        return "-"
+    text = f"{item['median']:+.3g}"
+    return text if item["low"] is None else f"{text} ({item['low']:+.3g} to {item['high']:+.3g})"

@@ -1,0 +1,56 @@
+"""`simprep duel join`: several clips of the same two people into one stream."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Annotated, Any
+
+import tyro
+
+from simprep.cli.output import Output, print_result
+
+
+@dataclass(frozen=True)
+class DuelJoin:
+    """Join several clips of the same two people into one stream that remembers its seams.
+
+    Example: simprep duel join round1.npz round2.npz -o fight.npz
+    """
+
+    streams: Annotated[
+        tyro.conf.Positional[tuple[Path, ...]], tyro.conf.arg(metavar="STREAM [STREAM ...]", help_behavior_hint="")
+    ]
+    """Streams that `simprep duel import` wrote, in order."""
+
+    out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="OUT", help_behavior_hint="")] = Path("stream.npz")
+    """The .npz file to write (default stream.npz)."""
+
+    json: bool = False
+    """Print one JSON object on stdout; everything else goes to stderr."""
+
+    def run(self) -> None:
+        """Read, join, write, print."""
+        print_result(self.json, self._run)
+
+    def _run(self, output: Output) -> dict[str, Any]:
+        from dataclasses import replace
+
+        from simprep.duel.stream.store import read_stream, save_stream
+        from simprep.duel.stream.stream import check_stream, concatenate_streams
+        from simprep.errors import MotionFileError, SettingError
+
+        if not self.streams:
+            raise SettingError("no streams to join; valid: one or more files that `simprep duel import` wrote")
+        if self.out.resolve() in [path.resolve() for path in self.streams]:
+            raise MotionFileError(self.out, "is a stream to join; give another with -o")
+        # errors then name files; the result has a name of its own
+        named = [replace(read_stream(path), name=str(path)) for path in self.streams]
+        stream = concatenate_streams(named, self.out.stem)
+        report = check_stream(stream)
+        for warning in report.warnings:
+            output.warn(warning)
+        written = save_stream(stream, self.out)
+        output.say(
+            f"{report.clips} clips, {report.frames} frames at {report.fps:g} per second, {report.duration_s:.2f} s"
+        )
+        output.say(f"written: {written}")
+        return {**asdict(report), "seams": list(stream.seams), "out": str(written)}

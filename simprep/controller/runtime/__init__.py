@@ -1,0 +1,1 @@
+"""The controller at run time: locomotion without end, tasks, approaches."""

@@ -1,0 +1,239 @@
+"""Unprepared locomotion without end: cycles of the core nodes, one after the other, changed over through the motion graph."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.controller.graph import MotionGraph, pair_distances
+from simprep.errors import MotionError, UnknownNameError
+from simprep.motion.curves import dying_away
+from simprep.motion.edit import loop_displacement, move
+from simprep.motion.motion import Motion
+from simprep.motion.turns import turned
+from simprep.preparation.blending import split_heading
+from simprep.preparation.prepare import extend
+from simprep.preparation.synthesis import Locomotion
+from simprep.preparation.trajectory import heading_trend
+from simprep.preparation.transition import DEFAULT_WINDOW_S, launch
+
+Array = NDArray[np.float64]
+
+_SLACK = 1.25
+_SLACK_M = 0.01
+_CHANGE_S = 1.6
+"""Length of the piece synthesised at a change of core node: the transition, and the stances that begin in it."""
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """One core node, ready to be played.
+
+    Attributes:
+        motion: the loop.
+        trend: (T,) heading without the pelvis's swing [rad].
+        turn: per cycle [rad].
+        step: (2,) what is added to positions turned by `turn` to get those of the next cycle [m].
+    """
+
+    motion: Motion
+    trend: Array
+    turn: float
+    step: Array
+
+
+class CoreNodes:
+    """The core nodes and the ways between them, worked out once and shared by all characters.
+
+    Args:
+        motions: the core nodes by name, at the graph's frame rate.
+        graph: transitions between them.
+
+    Raises:
+        MotionError: a core node that is no loop, or at another frame rate than the graph.
+    """
+
+    def __init__(self, motions: Mapping[str, Motion], graph: MotionGraph) -> None:
+        self.fps = graph.settings.fps
+        self.cycles = {name: _cycle(motion, self.fps) for name, motion in motions.items()}
+        self.names = tuple(motions)
+        self.body = next(iter(motions.values())).body
+        self._graph = graph
+        self._entries: dict[tuple[str, str], NDArray[np.intp]] = {}
+
+    def cycle(self, name: str) -> Cycle:
+        """A core node by name.
+
+        Raises:
+            UnknownNameError: no such core node.
+        """
+        if name not in self.cycles:
+            raise UnknownNameError("core node", name, self.names)
+        return self.cycles[name]
+
+    def entry(self, source: str, frame: int, node: str) -> int | None:
+        """Frame of a core node to enter from a frame of another; None where it does not fit.
+
+        A frame will do whose distance to some frame of the other, with the same feet supporting, is at most that of
+        the graph's nearest transition, a quarter and a centimetre: a transition of a graph is a minimum, and quiet standing
+        or two gaits of one rhythm are hardly worse beside it.
+
+        Args:
+            source: core node left.
+            frame: its frame.
+            node: core node entered.
+        """
+        if source == node:
+            return None
+        key = (source, node)
+        if key not in self._entries:
+            distance = pair_distances(self.cycle(source).motion, self.cycle(node).motion)
+            edges = self._graph.between(source, node)
+            limit = _SLACK * edges[0].distance + _SLACK_M if edges else -1.0
+            self._entries[key] = np.where(distance.min(axis=1) <= limit, distance.argmin(axis=1), -1)
+        entry = int(self._entries[key][frame])
+        return None if entry < 0 else entry
+
+
+class LocomotionStream:
+    """Frames of locomotion, appended as they are needed.
+
+    Args:
+        cores: the core nodes.
+        node: core node to begin with.
+        frame: its frame to begin with.
+        place: (x, y [m], heading [rad]) of the root in the first frame; the heading is that of the trend.
+
+    Raises:
+        UnknownNameError: no such core node.
+    """
+
+    def __init__(
+        self,
+        cores: CoreNodes,
+        node: str,
+        frame: int = 0,
+        place: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ) -> None:
+        cycle = cores.cycle(node)
+        self._cores = cores
+        self.fps, self.body, self.node = cores.fps, cores.body, node
+        turn = place[2] - float(cycle.trend[frame % len(cycle.motion)])
+        x, y = turned(cycle.motion.qpos[frame % len(cycle.motion), :2], turn)
+        self._next = frame  # frame of the core node that comes next
+        self._turn, self._shift = turn, np.array([place[0] - x, place[1] - y])  # placement of the current cycle
+        self._qpos = np.empty((0, 44))
+        self._contacts = np.empty((0, 2), dtype=bool)
+        self._trend = np.empty(0)
+        self._phase: list[tuple[str, int]] = []
+
+    def __len__(self) -> int:
+        return len(self._qpos)
+
+    def phase(self, frame: int) -> tuple[str, int]:
+        """Core node and its frame that is played at a frame of the stream."""
+        return self._phase[frame]
+
+    def window(self, first: int, after: int) -> Locomotion:
+        """Frames first to after - 1; more are made where they are missing.
+
+        Args:
+            first: of the stream.
+            after: of the stream.
+        """
+        while len(self) < after:
+            self._play()
+        part = slice(first, after)
+        return Locomotion(self._qpos[part], self._contacts[part], self._trend[part], self.fps, self.body)
+
+    def change(self, node: str, first: int, within: int) -> int | None:
+        """Go over to another core node, in the first frame from which the graph allows it (`CoreNodes.entry`).
+
+        Args:
+            node: core node to go over to.
+            first: frame of the stream from which on it may be left; what was made beyond is thrown away.
+            within: frames of the stream in which the change must begin.
+
+        Returns:
+            Frame of the stream at which it begins; None where the graph has no transition in that time, and the core node is
+            kept.
+
+        Raises:
+            UnknownNameError: no such core node.
+        """
+        self._cores.cycle(node)
+        self.window(0, first + within + 2)
+        for at in range(max(first, 2), first + within):
+            entry = self._cores.entry(*self.phase(at), node)
+            if entry is not None:
+                self._launch(node, at, entry)
+                return at
+        return None
+
+    def _launch(self, node: str, at: int, entry: int) -> None:
+        cycle = self._cores.cycle(node)
+        n = len(cycle.motion)
+        count = round(_CHANGE_S * self.fps)
+        part = slice(at - 2, at + 2)
+        approach = Motion(self._qpos[part], self.fps, self._contacts[part], name=self.node, body=self.body)
+        before = entry - 1 if entry > 0 else entry - 1 + n  # the frame before is needed for the velocity
+        long = extend(cycle.motion, before + 1 + count)
+        ahead = replace(long, qpos=long.qpos[before:], contacts=long.contacts[before:], events={}, name=node)
+        played = launch(approach, 2, ahead, 1, DEFAULT_WINDOW_S)
+        qpos, contacts = played.qpos[2:], played.contacts[2:]
+        to, start = (float(split_heading(pose[3:7])[0]) for pose in (approach.qpos[2], ahead.qpos[1]))
+        trend = cycle.trend[(entry + np.arange(count)) % n] + cycle.turn * ((entry + np.arange(count)) // n)
+        trend = trend + (to - start) - cycle.turn * ((before + 1) // n - entry // n)
+        gap = self._trend[at] - trend[0]
+        trend = trend + 2 * np.pi * np.round(gap / (2 * np.pi))
+        x = np.minimum(np.arange(count) / (DEFAULT_WINDOW_S * self.fps), 1.0)
+        trend = trend + dying_away(x, self._trend[at] - trend[0], 0.0)
+        self._cut(at)
+        self._append(qpos[:count], contacts[:count], trend, [(node, int(f)) for f in (entry + np.arange(count)) % n])
+        # go on where this piece ends: it has come to be the placed cycle again
+        self.node, self._next = node, (entry + count) % n
+        last = (entry + count - 1) % n
+        pose = self._qpos[-1]
+        turn = float(split_heading(pose[3:7])[0] - split_heading(cycle.motion.qpos[last, 3:7])[0])
+        turn += 2 * np.pi * round((self._trend[-1] - cycle.trend[last] - turn) / (2 * np.pi))
+        self._turn, self._shift = turn, pose[:2] - turned(cycle.motion.qpos[last, :2], turn)
+        if self._next == 0:
+            self._carry()
+
+    def _play(self) -> None:
+        """Append the rest of the current cycle."""
+        cycle = self._cores.cycle(self.node)
+        first = self._next % len(cycle.motion)
+        placed = move(cycle.motion, (float(self._shift[0]), float(self._shift[1])), self._turn)
+        phases = [(self.node, frame) for frame in range(first, len(cycle.motion))]
+        self._append(placed.qpos[first:], placed.contacts[first:], cycle.trend[first:] + self._turn, phases)
+        self._next = 0
+        self._carry()
+
+    def _carry(self) -> None:
+        cycle = self._cores.cycle(self.node)
+        self._shift = self._shift + turned(cycle.step, self._turn)
+        self._turn += cycle.turn
+
+    def _append(self, qpos: Array, contacts: NDArray[np.bool_], trend: Array, phases: list[tuple[str, int]]) -> None:
+        self._qpos = np.concatenate([self._qpos, qpos])
+        self._contacts = np.concatenate([self._contacts, contacts])
+        self._trend = np.concatenate([self._trend, trend])
+        self._phase += phases
+
+    def _cut(self, after: int) -> None:
+        self._qpos, self._contacts, self._trend = self._qpos[:after], self._contacts[:after], self._trend[:after]
+        del self._phase[after:]
+
+
+def _cycle(motion: Motion, fps: float) -> Cycle:
+    if not motion.loop:
+        raise MotionError(f"{motion.name} is no loop; core nodes are cyclic locomotion")
+    if abs(motion.fps - fps) > 1e-6:
+        raise MotionError(f"{motion.name} has {motion.fps:g} frames/s; the motion graph has {fps:g}")
+    turn, step = loop_displacement(motion)
+    heading = np.unwrap(split_heading(motion.qpos[:, 3:7])[0])
+    first = motion.qpos[0, :2]
+    # the next cycle is R(turn) q + step', and maps the first frame to the one after the last
+    return Cycle(motion, heading_trend(heading, fps, (len(motion), turn)), turn, first + step - turned(first, turn))

@@ -1,0 +1,92 @@
+"""Who decides what a fighter does next: the moment of choice, and the transition model as the one that chooses.
+
+Source: the 2008 paper, section 5.1.1. Synthesis asks a chooser whenever an action ends; modes and baselines differ only
+in their choosers.
+"""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.model.action_features import FloorFrame
+from simprep.duel.model.transition_model import TransitionModel
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Situation:
+    """What a fighter knows when it must choose.
+
+    Attributes:
+        player: 0 or 1, who chooses.
+        time: since the beginning of the fight [s].
+        own_label: code of the own action that ends now.
+        opponent_label: code of what the opponent is doing.
+        own: (P,) parameters n1 of the own action in `frame`.
+        opponent: (P,) parameters n2 of the opponent's in `frame`.
+        frame: reference frame of this moment (Fig. 9), to bring points of the world into.
+        example: index in B of the own action that ends; -1 where it is none of the model's.
+        position: (2,) own root on the floor at this moment, world [m]; None where the caller does not know.
+        heading: own heading at this moment, world [rad]; None where the caller does not know.
+    """
+
+    player: int
+    time: float
+    own_label: int
+    opponent_label: int
+    own: FloatArray
+    opponent: FloatArray
+    frame: FloorFrame
+    example: int
+    position: FloatArray | None = None
+    heading: float | None = None
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What a fighter does next.
+
+    Attributes:
+        example: index in B of the action to perform.
+        request: the user's request that it answers; empty for none.
+        goal: (2,) where the root should be `goal_s` after the action begins, on the floor of the world [m]: the drift of
+            the placement aims at it instead of the original placement. None: no such wish.
+        goal_s: see there [s].
+    """
+
+    example: int
+    request: str = ""
+    goal: FloatArray | None = None
+    goal_s: float = 0.5
+
+
+class Chooser(Protocol):
+    """Chooses the next action of one fighter."""
+
+    def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
+        """The next action.
+
+        Args:
+            situation: of the fighter.
+            rng: source of chance, the fight's only one.
+        """
+        ...
+
+
+@dataclass(frozen=True)
+class ModelChooser:
+    """Draws by the learned transition model to the letter of Eq. 6 and 12 (the automatic mode: `simprep.duel.fight.drawing`).
+
+    Attributes:
+        model: of this player.
+    """
+
+    model: TransitionModel
+
+    def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
+        """The next action (see `Chooser`)."""
+        s = situation
+        return Choice(self.model.sample(rng, s.own_label, s.opponent_label, s.own, s.opponent))

@@ -1,0 +1,89 @@
+"""A synthesised fight: two motions, and which example action each fighter performed when."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.stream.stream import DuelStream
+from simprep.errors import MotionError
+
+NONE = -1
+"""No frame, or no example."""
+
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class FightAction:
+    """One action of a fight.
+
+    Attributes:
+        player: 0 or 1.
+        start: first frame in the fight.
+        end: frame at which the player's next action begins, one past the last.
+        label: label code of the example (`simprep.duel.labels.labels`).
+        example: index of the example action in B of the model; -1 where it is none of it (a held-out attack).
+        moment: frame of the interaction moment, the peak of the contact force; -1 where there is none.
+        request: the user's request that this action answers; empty for none.
+    """
+
+    player: int
+    start: int
+    end: int
+    label: int
+    example: int = NONE
+    moment: int = NONE
+    request: str = ""
+
+
+@dataclass(frozen=True)
+class Fight:
+    """Two fighters' motions and the actions they are made of.
+
+    Attributes:
+        stream: both motions, one clip. The last action of a player may be cut off by the end.
+        actions: of both, by player, then by first frame. Each player's actions follow each other without gaps from
+            frame 0 to the end of the stream.
+        mode: `automatic`, `interactive`, `passive`, or the name of a baseline.
+        seed: of the source of chance.
+        record: whatever else belongs into a report: settings, the model's name.
+
+    Raises:
+        MotionError: actions that leave gaps, overlap, or do not reach from the first frame to the last.
+    """
+
+    stream: DuelStream
+    actions: tuple[FightAction, ...]
+    mode: str = "automatic"
+    seed: int = 0
+    record: Mapping[str, Any] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "actions", tuple(sorted(self.actions, key=lambda one: (one.player, one.start))))
+        object.__setattr__(self, "record", MappingProxyType(dict(self.record)))
+        for player in (0, 1):
+            own = self.of(player)
+            edges = [0, *(one.end for one in own)]
+            if not own or edges[-1] != len(self.stream) or any(a.start != b for a, b in zip(own, edges)):
+                raise MotionError(
+                    f"{self.stream.name}: actions of player {player} do not cover frames 0 to {len(self.stream) - 1} "
+                    "one after the other"
+                )
+
+    def of(self, player: int) -> tuple[FightAction, ...]:
+        """Actions of one player, in order of time."""
+        return tuple(one for one in self.actions if one.player == player)
+
+    @property
+    def table(self) -> IntArray:
+        """(S, 4) player, first frame, frame after the last, clip (0): as `Cuts.table` of a recorded stream."""
+        return np.array([(one.player, one.start, one.end, 0) for one in self.actions], dtype=np.int64).reshape(-1, 4)
+
+    @property
+    def codes(self) -> IntArray:
+        """(S,) label codes, in the order of `table`."""
+        return np.array([one.label for one in self.actions], dtype=np.int64)

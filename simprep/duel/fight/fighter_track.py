@@ -1,0 +1,69 @@
+"""What one fighter has done so far in a fight that goes on: poses, contacts, and the actions performed."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.fight.fight import FightAction
+from simprep.duel.model.action_features import ActionSummaries
+from simprep.humanoid import N_QPOS
+from simprep.motion.kinematics import Kinematics
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Performed:
+    """An action of the fight with what later choices need.
+
+    Attributes:
+        action: which, and when.
+        index: of the example, appended recordings included.
+        summary: means over its frames.
+    """
+
+    action: FightAction
+    index: int
+    summary: ActionSummaries
+
+
+class FighterTrack:
+    """What one fighter has done and will do until the end of the current action; grows as the fight goes on."""
+
+    def __init__(self) -> None:
+        self.qpos = np.empty((0, N_QPOS))
+        self.contacts = np.empty((0, 2), dtype=bool)
+        self.com = np.empty((0, 2))
+        self.lift = np.empty((0, 2))
+        self.pose = np.empty((0, 0))
+        self.done: list[Performed] = []
+
+    def put(self, first: int, qpos: FloatArray, contacts: BoolArray, kinematics: Kinematics, pose: FloatArray) -> None:
+        """Frames from `first` on; what was there is replaced, what lay beyond is dropped."""
+        lift = kinematics.foot_points[..., 2].min(axis=-1)
+        parts: dict[str, Any] = {
+            "qpos": qpos, "contacts": contacts, "com": kinematics.com[:, :2], "lift": lift, "pose": pose,
+        }  # fmt: skip
+        for name, new in parts.items():
+            old = getattr(self, f"_{name}", None)
+            size = first + len(new)
+            if old is None or len(old) < size:
+                grown = np.empty((2 * size + 512, *new.shape[1:]), dtype=new.dtype)
+                if old is not None:
+                    grown[: len(old)] = old
+                setattr(self, f"_{name}", grown)
+                old = grown
+            old[first:size] = new
+            setattr(self, name, old[:size])
+
+    @property
+    def current(self) -> Performed:
+        """What is being performed, or was last."""
+        return self.done[-1]
+
+    def during(self, frame: int) -> Performed:
+        """What was performed at a frame."""
+        return next(one for one in reversed(self.done) if one.action.start <= frame)

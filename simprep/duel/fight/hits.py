@@ -1,0 +1,87 @@
+"""Which contacts an attack intended: the limb that the action attacks with meets the opponent."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+from simprep.duel.fight.fight import Fight
+from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, Label
+from simprep.humanoid import SIDES
+from simprep.physics.contacts import BodyContact
+
+HIT, BLOCKED, UNINTENDED = "hit", "blocked", "unintended"
+NOBODY = -1
+GRACE_S = 0.1
+"""An attack may land this much after its action has ended [s]: a simulated limb comes a little later than planned."""
+STRIKING = {"hand": "punch", "forearm": "punch", "foot": "kick", "shank": "kick"}
+"""Segments that strike, and what with; labels do not tell knee strikes from kicks, so thighs do not count."""
+ARMS = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand"))
+
+
+@dataclass(frozen=True)
+class JudgedContact(BodyContact):
+    """A contact between fighters A (body 0) and B (body 1), and what it was.
+
+    Attributes:
+        verdict: `hit`: an attack that met what it aims at; `blocked`: one that met an arm; `unintended`: anything else.
+        attacker: 0 or 1, whose attack it was; -1 for nobody's.
+        attack: which of the fight's actions that was; -1 for none.
+    """
+
+    verdict: str = UNINTENDED
+    attacker: int = NOBODY
+    attack: int = NOBODY
+
+    @property
+    def intended(self) -> bool:
+        """Whether an attack intended it, even if an arm was in its way."""
+        return self.verdict in (HIT, BLOCKED)
+
+
+def striking_aspect(part: str) -> str:
+    """Label aspect of the attacks that strike with a body part; empty if none does."""
+    side, _, segment = part.partition("_")
+    return f"{side}_{STRIKING[segment]}" if segment in STRIKING else ""
+
+
+def judge(contacts: Sequence[BodyContact], fight: Fight) -> tuple[JudgedContact, ...]:
+    """Say of every contact whose attack intended it, if any did.
+
+    `hit`: the striking segment of a limb with which a fighter's present action attacks meets head, trunk or a leg;
+    `blocked`: it meets an arm; otherwise `unintended`. Where both attack with what touches, a hit counts before a block, and then
+    the attack that began first. (`simprep.metrics.interaction.overlap` counts the same of poses, where nothing stops a limb.)
+
+    Args:
+        contacts: of a run of both fighters.
+        fight: whose actions they performed, from the same time 0.
+
+    Returns:
+        The contacts in the same order.
+    """
+    return tuple(_judged(contact, fight) for contact in contacts)
+
+
+def _judged(contact: BodyContact, fight: Fight) -> JudgedContact:
+    claims = []
+    parts = contact.parts
+    whole = {one.name: getattr(contact, one.name) for one in fields(BodyContact)}
+    for player in (0, 1):
+        aspect = striking_aspect(parts[player])
+        index = _attack(fight, player, aspect, contact.start_s) if aspect else NOBODY
+        if index != NOBODY:
+            blocked = parts[1 - player] in ARMS
+            claims.append((blocked, fight.actions[index].start, player, index))
+    if not claims:
+        return JudgedContact(**whole)
+    blocked, _, player, index = min(claims)
+    return JudgedContact(**whole, verdict=BLOCKED if blocked else HIT, attacker=player, attack=index)
+
+
+def _attack(fight: Fight, player: int, aspect: str, time: float) -> int:
+    """Index of the player's action that attacks in this aspect at this time; -1 if none does."""
+    fps = fight.stream.fps
+    for index, action in enumerate(fight.actions):
+        if action.player == player and action.start <= time * fps < action.end + GRACE_S * fps:
+            label = Label.from_code(action.label)
+            if getattr(label, aspect) in ATTACKING_QUALIFIERS[aspect]:
+                return index
+    return NOBODY

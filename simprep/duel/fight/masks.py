@@ -1,0 +1,89 @@
+"""Which of a player's candidate labels attack, react or answer a request, as masks for `TransitionModel.sample`.
+
+Source: the 2008 paper, sections 3.2 and 3.3: what the action table R is for. Masks go by label codes, so they also fit models
+that have learned from a part of the stream, whose candidates are fewer than the graph's nodes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simprep.duel.labels.labels import ASPECTS, ATTACKING_QUALIFIERS, KICKS, PUNCHES, QUALIFIERS, SHAPE, decode
+from simprep.duel.model.structures import CoupledGraph
+from simprep.duel.model.transition_model import TransitionModel
+
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+_REACT = ASPECTS.index("react")
+_RULES = int(np.prod(SHAPE[_REACT:]))
+KICK, PUNCH, OTHERS = (QUALIFIERS["react"].index(name) for name in ("kick", "punch", "others"))
+
+
+def kind_of(codes: ArrayLike) -> IntArray:
+    """The five learned aspects of label codes (...) as one number: codes that differ by `react` and `move` share it."""
+    return np.asarray(codes, dtype=np.int64) // _RULES
+
+
+def brings(codes: ArrayLike, aspects: tuple[str, ...]) -> BoolArray:
+    """Whether labels (N,) bring the limb of one of these aspects towards the opponent."""
+    parts = decode(codes)
+    found = [
+        np.isin(
+            parts[:, ASPECTS.index(aspect)], [QUALIFIERS[aspect].index(name) for name in ATTACKING_QUALIFIERS[aspect]]
+        )
+        for aspect in aspects
+    ]
+    return np.asarray(np.any(found, axis=0))
+
+
+def is_neutral(codes: ArrayLike) -> BoolArray:
+    """Whether labels (N,) are none of a punch, kick or jump, nor their return: guard, steps, defence."""
+    others = [QUALIFIERS[aspect].index("others") for aspect in ASPECTS[:_REACT]]
+    return np.asarray((decode(codes)[:, :_REACT] == others).all(axis=1))
+
+
+def reaction_to(code: int) -> int:
+    """Index of the qualifier of `react` that the rule gives an action begun while the opponent does this."""
+    if brings([code], KICKS)[0]:
+        return KICK
+    return PUNCH if brings([code], PUNCHES)[0] else OTHERS
+
+
+@dataclass(frozen=True)
+class LabelMasks:
+    """What a player's candidate labels are; entries (K,) belong to the model's candidates.
+
+    Attributes:
+        codes: label codes.
+        attacks: whether a fist or foot goes to the opponent.
+        neutral: whether the action is none of a punch, kick or jump: guard, steps, defence.
+        react: index of the qualifier of `react`.
+    """
+
+    codes: IntArray
+    attacks: BoolArray
+    neutral: BoolArray
+    react: IntArray
+
+    @classmethod
+    def of(cls, model: TransitionModel) -> "LabelMasks":
+        """Masks of a player's model."""
+        codes = model.labels.candidates
+        return cls(codes, brings(codes, (*PUNCHES, *KICKS)), is_neutral(codes), decode(codes)[:, _REACT])
+
+
+def narrowed(*masks: BoolArray) -> BoolArray:
+    """The first mask and as many of the following as leave a candidate, each taken only if it does."""
+    result = masks[0]
+    for mask in masks[1:]:
+        if (result & mask).any():
+            result = result & mask
+    return result
+
+
+def seen_successions(graph: CoupledGraph, player: int) -> frozenset[tuple[int, int]]:
+    """Which kind of action (`kind_of`) follows which in a player's examples."""
+    steps = graph.actions.transitions(player)
+    kinds = kind_of(graph.actions.label)
+    return frozenset(zip(kinds[steps.current].tolist(), kinds[steps.next].tolist()))

@@ -1,0 +1,67 @@
+"""Passive mode: one fighter performs what was recorded, action after action, and the other only reacts.
+
+Source: the 2008 paper, section 6: the attacks and the reactions to them are not learned from (`simprep.duel.model.held_out`), and the
+passive fighter may not attack.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from simprep.duel.fight.choice import Choice, Situation
+from simprep.duel.fight.drawing import DrawingChooser, DrawSettings
+from simprep.duel.fight.masks import LabelMasks, narrowed
+from simprep.duel.model.transition_model import TransitionModel
+from simprep.errors import SettingError
+
+
+class RecordedChooser:
+    """Performs given actions in their order; after the last one the first again.
+
+    Args:
+        actions: numbers of actions in B, all of one player.
+
+    Raises:
+        SettingError: no actions.
+    """
+
+    def __init__(self, actions: Sequence[int]) -> None:
+        if not len(actions):
+            raise SettingError("no recorded actions to perform; valid: at least one")
+        self.actions = tuple(int(one) for one in actions)
+        self._next = 0
+
+    def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
+        """The next action (see `choice.Chooser`)."""
+        example = self.actions[self._next % len(self.actions)]
+        self._next += 1
+        return Choice(example)
+
+
+@dataclass(frozen=True)
+class ReactingChooser:
+    """Draws by the transition model among what a fighter may do who only reacts: no attacks.
+
+    Attributes:
+        model: of this player.
+        neutral: guard, steps and defence alone: not even the return of a limb, which only follows an own attack.
+        settings: of drawing.
+    """
+
+    model: TransitionModel
+    neutral: bool = True
+    settings: DrawSettings = field(default_factory=DrawSettings)
+    _masks: LabelMasks = field(init=False, repr=False, compare=False)
+    _drawing: DrawingChooser = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "_masks", LabelMasks.of(self.model))
+        object.__setattr__(self, "_drawing", DrawingChooser(self.model, self.settings))
+
+    def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
+        """The next action (see `choice.Chooser`)."""
+        masks = self._masks
+        anything = np.ones(len(masks.codes), dtype=bool)
+        allowed = narrowed(anything, ~masks.attacks, *((masks.neutral,) if self.neutral else ()))
+        return Choice(self._drawing.draw(situation, rng, allowed))

@@ -1,0 +1,157 @@
+"""Posture optimisation of both fighters (2013 paper, section 5.3): trunk and arms bring the COM over the feet.
+
+Every frame counts as prepared. Root and legs stay exactly as they are, so footwork and kicks are untouched; fists that punch are
+brought back to where they were, as far as the arm reaches.
+"""
+
+from dataclasses import dataclass, replace
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.fight.fight import Fight
+from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, PUNCHES, Label
+from simprep.humanoid import BODIES, SIDES, UPPER_BODY_HINGES, humanoid_model
+from simprep.motion.curves import smooth_step
+from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.motion import Motion
+from simprep.motion.support import support_centre, support_points
+from simprep.preparation.posture_optimisation import optimise_postures
+from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
+
+FADE_S = 0.15
+"""Time over which the fist of a punch is brought back to its path before the punch begins, and let go after it [s]."""
+REACHING_JOINTS = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
+_STEPS = 8
+_DAMPING = 1e-4  # [m^2]: keeps nearly straight arms from flailing
+_EXACT_M = 5e-4
+_HANDS = tuple(BODIES.index(f"{side}_hand") for side in SIDES)
+
+FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PostureChange:
+    """What the optimisation did to one fighter.
+
+    Attributes:
+        com_cos_before_mm: mean distance of the COM from the support centre, over the frames with support [mm].
+        com_cos_after_mm: the same afterwards [mm].
+        hand_mm: mean way by which the fists are displaced [mm].
+        striking_hand_mm: the same of the punching fist during punches [mm]; NaN without punches.
+        striking_hand_max_mm: largest of these [mm]; NaN without punches.
+        root_and_legs_rad: largest change of a coordinate of root or legs: 0 [m or rad].
+    """
+
+    com_cos_before_mm: float
+    com_cos_after_mm: float
+    hand_mm: float
+    striking_hand_mm: float
+    striking_hand_max_mm: float
+    root_and_legs_rad: float
+
+
+def optimise_fight_posture(
+    fight: Fight, settings: PreparationSettings = DEFAULT_SETTINGS
+) -> tuple[Fight, tuple[PostureChange, PostureChange]]:
+    """Optimise the posture of both fighters in every frame.
+
+    Args:
+        fight: kinematic.
+        settings: weights of the costs and step limit.
+
+    Returns:
+        The fight with the optimised motions, and what changed in A and B.
+    """
+    optimised = [
+        _optimise(motion, punching(fight, player), settings) for player, motion in enumerate(fight.stream.players)
+    ]
+    (a, change_a), (b, change_b) = optimised
+    stream = replace(fight.stream, players=(a, b))
+    return replace(fight, stream=stream, record={**fight.record, "posture_optimised": True}), (change_a, change_b)
+
+
+def punching(fight: Fight, player: int) -> FloatArray:
+    """How far each fist belongs to a punch: 1 during the player's attacking actions with it, smoothly 0 before and after.
+
+    Returns:
+        (T, 2) left and right.
+    """
+    frames = np.arange(len(fight.stream))
+    fade = max(1.0, FADE_S * fight.stream.fps)
+    weight = np.zeros((len(frames), len(PUNCHES)))
+    for action in fight.of(player):
+        label = Label.from_code(action.label)
+        for hand, aspect in enumerate(PUNCHES):
+            if getattr(label, aspect) in ATTACKING_QUALIFIERS[aspect]:
+                outside = np.maximum(action.start - frames, frames - (action.end - 1)).clip(0)
+                ramp = np.clip(1 - outside / fade, 0, 1)
+                weight[:, hand] = np.maximum(weight[:, hand], smooth_step(ramp))
+    return weight
+
+
+def _optimise(motion: Motion, weight: FloatArray, settings: PreparationSettings) -> tuple[Motion, PostureChange]:
+    before = forward_kinematics(motion.qpos, motion.body)
+    centre = support_centre(*support_points(before.foot_points, motion.contacts))
+    found = optimise_postures(
+        motion.qpos, before.com, centre, np.ones(len(motion)), motion.fps, motion.body, settings, measure=False
+    )
+    fists = before.xipos[:, _HANDS]
+    qpos = _reach(motion, found.qpos, fists, weight)
+    after = forward_kinematics(qpos, motion.body)
+    moved = np.linalg.norm(after.xipos[:, _HANDS] - fists, axis=-1)
+    supported = np.isfinite(centre[:, 0])
+    lean = [np.linalg.norm((one.com[:, :2] - centre)[supported], axis=1) for one in (before, after)]
+    striking = moved[weight == 1]
+    legs = np.r_[0:7, 7 + len(UPPER_BODY_HINGES) : motion.qpos.shape[1]]
+    change = PostureChange(
+        com_cos_before_mm=1e3 * _mean(lean[0]),
+        com_cos_after_mm=1e3 * _mean(lean[1]),
+        hand_mm=1e3 * float(moved.mean()),
+        striking_hand_mm=1e3 * _mean(striking),
+        striking_hand_max_mm=1e3 * float(striking.max()) if len(striking) else np.nan,
+        root_and_legs_rad=float(np.abs(qpos - motion.qpos)[:, legs].max()),
+    )
+    return replace(motion, qpos=qpos), change
+
+
+def _reach(motion: Motion, qpos: FloatArray, fists: FloatArray, weight: FloatArray) -> FloatArray:
+    """Bring fists towards where they were, by damped least squares in the shoulder and elbow (Buss 2004, section 5).
+
+    Args:
+        motion: body.
+        qpos: (T, 44) postures to change.
+        fists: (T, 2, 3) where the hands' centres should be at weight 1, world [m].
+        weight: (T, 2) how much.
+    """
+    model = humanoid_model(motion.body)
+    data = mujoco.MjData(model)
+    out = qpos.copy()
+    jacobian = np.zeros((3, model.nv))
+    for hand, side in enumerate(SIDES):
+        body = 1 + _HANDS[hand]
+        joints = [model.joint(f"{side}_{name}") for name in REACHING_JOINTS]
+        at = np.array([joint.qposadr[0] for joint in joints])
+        dof = np.array([joint.dofadr[0] for joint in joints])
+        low, high = model.jnt_range[[joint.id for joint in joints]].T
+        for frame in np.flatnonzero(weight[:, hand] > 0):
+            data.qpos[:] = out[frame]
+            mujoco.mj_kinematics(model, data)
+            goal = data.xipos[body] + weight[frame, hand] * (fists[frame, hand] - data.xipos[body])
+            for _ in range(_STEPS):
+                missing = goal - data.xipos[body]
+                if np.linalg.norm(missing) < _EXACT_M:
+                    break
+                mujoco.mj_comPos(model, data)
+                mujoco.mj_jacBodyCom(model, data, jacobian, None, body)
+                part = jacobian[:, dof]
+                step = part.T @ np.linalg.solve(part @ part.T + _DAMPING * np.eye(3), missing)
+                data.qpos[at] = np.clip(data.qpos[at] + step, low, high)
+                mujoco.mj_kinematics(model, data)
+            out[frame] = data.qpos
+    return out
+
+
+def _mean(values: FloatArray) -> float:
+    return float(values.mean()) if len(values) else np.nan

@@ -1,0 +1,361 @@
+"""Synthesis of a fight: whoever ends an action chooses the next, which is placed, warped, stitched and played.
+
+Source: the 2008 paper, section 5.1. What is chosen is the business of a `Chooser` for each fighter (`simprep.duel.fight.choice`);
+modes and baselines differ in nothing else.
+
+    examples = ExampleMotions.of(stream, model)
+    choosers = tuple(ModelChooser(player) for player in model.players)
+    fight = synthesise(examples, choosers, 60.0, np.random.default_rng(0))
+
+To act while a fight goes on, step it:
+
+    bout = Bout(examples, choosers, rng)
+    while bout.time < 60:
+        bout.step()                  # the next choice of whoever ends first
+    fight = bout.fight()
+"""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.fight.choice import Choice, Chooser, Situation
+from simprep.duel.fight.example_motions import ExampleMotions
+from simprep.duel.fight.fight import NONE, Fight, FightAction
+from simprep.duel.fight.fighter_track import FighterTrack, Performed
+from simprep.duel.fight.placement import Aim, place
+from simprep.duel.fight.stitch import Seam, StitchSettings, plant, stitch
+from simprep.duel.fight.time_warp import Warp, WarpSettings, fit_warp
+from simprep.duel.model.action_features import ActionSummaries, FloorFrame, action_parameters, floor_frame, summarise
+from simprep.duel.stream.stream import DuelStream
+from simprep.errors import MotionError, SettingError
+from simprep.motion.edit import yaw
+from simprep.motion.kinematics import Kinematics
+from simprep.motion.motion import Motion
+from simprep.motion.rotations import multiply_quat
+from simprep.motion.turns import about_vertical, turned
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+CONTEXT = 2
+"""Frames played beyond the end of an action: where the next begins, and one for its velocity."""
+
+
+@dataclass(frozen=True)
+class SynthesisSettings:
+    """How fights are made.
+
+    Attributes:
+        stitch: of actions.
+        warp: of time; None never warps.
+        longest_drift_m: farthest drift towards a wished position within an action [m].
+    """
+
+    stitch: StitchSettings = field(default_factory=StitchSettings)
+    warp: WarpSettings | None = field(default_factory=WarpSettings)
+    longest_drift_m: float = 0.6
+
+
+class Bout:
+    """A fight in the making. Deterministic from the source of chance.
+
+    Args:
+        examples: actions to perform.
+        choosers: of both fighters. A chooser is asked whenever an action of its fighter ends; it may return any action of
+            the examples that the fighter's own body performed, appended recordings included.
+        rng: the only source of chance.
+        start: frame of the examples' recordings at which the fight begins, both fighters being in the midst of actions
+            there; None draws one at which both stand in guard (`ExampleMotions.guard_frames`).
+        settings: None for the defaults.
+
+    Raises:
+        MotionError: a start outside the recordings, or none in guard.
+    """
+
+    def __init__(
+        self,
+        examples: ExampleMotions,
+        choosers: tuple[Chooser, Chooser],
+        rng: np.random.Generator,
+        start: int | None = None,
+        settings: SynthesisSettings | None = None,
+    ) -> None:
+        self.examples, self.choosers, self.rng = examples, choosers, rng
+        self.settings = settings or SynthesisSettings()
+        self._tracks = (FighterTrack(), FighterTrack())
+        if start is None:
+            frames = examples.guard_frames()
+            if not len(frames):
+                raise MotionError("the examples have no frame at which both fighters stand in guard; give a start")
+            start = int(rng.choice(frames))
+        self.start = start
+        for player, index in enumerate(examples.at(start)):
+            self._begin(player, index, start)
+
+    @property
+    def fps(self) -> float:
+        """Frames per second [1/s]."""
+        return self.examples.fps
+
+    @property
+    def ends(self) -> tuple[int, int]:
+        """Frame at which the current action of each fighter ends and the next is due."""
+        return self._tracks[0].current.action.end, self._tracks[1].current.action.end
+
+    @property
+    def frame(self) -> int:
+        """Frame of the next choice; everything before it is final for both fighters (unless `interrupt`ed)."""
+        return min(self.ends)
+
+    @property
+    def time(self) -> float:
+        """Time of the next choice since the beginning [s]."""
+        return self.frame / self.fps
+
+    @property
+    def due(self) -> int:
+        """Fighter whose choice is next: 0 where both are due."""
+        return int(self.ends[1] < self.ends[0])
+
+    def current(self, player: int) -> FightAction:
+        """What a fighter performs."""
+        return self._tracks[player].current.action
+
+    def pose(self, player: int, frame: int) -> FloatArray:
+        """Pose (44,) of a fighter at a frame up to the end of its current action."""
+        return np.array(self._tracks[player].qpos[frame])
+
+    def situation(self, player: int) -> Situation:
+        """What a fighter would see if it had to choose at the end of its current action.
+
+        Raises:
+            SettingError: the other fighter's action ends before; it must choose first.
+        """
+        end = self.ends[player]
+        own, other = self._tracks[player], self._tracks[1 - player]
+        if end > other.current.action.end:
+            raise SettingError(
+                f"fighter {player} acts until frame {end}, the other until {other.current.action.end}: step first"
+            )
+        last = own.current
+        # of two who end together neither knows what the other is about to choose
+        seen = other.during(end - 1)
+        frame = floor_frame(own.com[end], other.com[end])
+        return Situation(
+            player=player,
+            time=end / self.fps,
+            own_label=last.action.label,
+            opponent_label=seen.action.label,
+            own=action_parameters(last.summary, frame),
+            opponent=action_parameters(seen.summary, frame, opponent=True),
+            frame=frame,
+            example=last.action.example,
+            position=own.qpos[end, :2].copy(),
+            heading=float(yaw(own.qpos[end, 3:7])),
+        )
+
+    def step(self) -> FightAction:
+        """Let the fighter whose action ends first choose and begin its next one.
+
+        Returns:
+            The action begun.
+
+        Raises:
+            SettingError: the chooser named an action that there is not, or the other fighter's.
+        """
+        player = self.due
+        situation = self.situation(player)
+        choice = self.choosers[player].choose(situation, self.rng)
+        actions = self.examples.actions
+        if not 0 <= choice.example < len(actions) or (
+            self.examples.bodies[player] != self.examples.bodies[int(actions.player[choice.example])]
+        ):
+            raise SettingError(
+                f"fighter {player} chose action {choice.example}; valid: 0 to {len(actions) - 1}, of an equal body"
+            )
+        self._perform(player, choice, situation)
+        return self.current(player)
+
+    def interrupt(self, player: int, frame: int) -> None:
+        """End a fighter's current action early, so that it chooses anew at a frame.
+
+        Args:
+            player: 0 or 1.
+            frame: after the beginning of both current actions, before the end of the fighter's.
+
+        Raises:
+            SettingError: another frame.
+        """
+        first = max(self.current(0).start, self.current(1).start)
+        track = self._tracks[player]
+        last = track.current
+        if not max(first + 1, last.action.start + 2) <= frame < last.action.end:
+            raise SettingError(
+                f"fighter {player} cannot be interrupted at frame {frame}; valid: "
+                f"{max(first + 1, last.action.start + 2)} to {last.action.end - 1}"
+            )
+        moment = last.action.moment if last.action.moment < frame else NONE
+        action = replace(last.action, end=frame, moment=moment)
+        track.done[-1] = Performed(action, last.index, self._summary(track, action))
+
+    def run(self, frames: int) -> None:
+        """Step until both fighters have at least so many frames."""
+        while self.frame < frames:
+            self.step()
+
+    def fight(self, frames: int | None = None, mode: str = "automatic", seed: int = 0, name: str = "fight") -> Fight:
+        """The fight so far.
+
+        Args:
+            frames: how many; None: up to the next choice.
+            mode: see `Fight`.
+            seed: see `Fight`.
+            name: of the stream.
+
+        Raises:
+            SettingError: more frames than there are.
+        """
+        frames = self.frame if frames is None else frames
+        if not 2 <= frames <= self.frame:
+            raise SettingError(f"{frames} frames; valid: 2 to {self.frame}")
+        motions, actions = [], []
+        for who, track in zip("AB", self._tracks):
+            motions.append(
+                Motion(
+                    track.qpos[:frames],
+                    self.fps,
+                    track.contacts[:frames],
+                    name=f"{name}_{who}",
+                    source="synthesised from recorded actions",
+                    body=self.examples.bodies["AB".index(who)],
+                )
+            )
+            for one in track.done:
+                if one.action.start < frames:
+                    moment = one.action.moment if one.action.moment < frames else NONE
+                    actions.append(replace(one.action, end=min(one.action.end, frames), moment=moment))
+        return Fight(DuelStream((motions[0], motions[1]), name=name), tuple(actions), mode, seed)
+
+    def _begin(self, player: int, index: int, start: int) -> None:
+        """The rest of a recorded action, where it was recorded."""
+        examples = self.examples
+        gone = start - int(examples.actions.start[index])
+        length = int(examples.actions.end[index]) - start
+        found = examples.excerpt(index, np.arange(gone, gone + length + CONTEXT, dtype=np.float64))
+        track = self._tracks[player]
+        made = plant(found.qpos, found.contacts, found.turning, self.fps, examples.bodies[player])
+        track.put(0, made.qpos, made.contacts, made.kinematics, self._reduced(made.qpos, made.kinematics))
+        moment = int(examples.moments[index]) - start
+        action = FightAction(
+            player, 0, length, int(examples.actions.label[index]), self._known(index), moment if moment >= 0 else NONE
+        )
+        # the fighters know what was recorded before the fight begins
+        track.done.append(Performed(action, index, examples.summaries[index]))
+
+    def _perform(self, player: int, choice: Choice, situation: Situation) -> None:
+        examples, settings = self.examples, self.settings
+        index, track = choice.example, self._tracks[player]
+        begin = track.current.action.end
+        recorded = int(examples.actions.end[index] - examples.actions.start[index])
+        own_moment = int(examples.moments[index] - examples.actions.start[index])
+        warp = self._warp(player, index, begin, own_moment)
+        length = warp.length(recorded)
+        times = warp.source(np.arange(length + CONTEXT, dtype=np.float64))
+        # one frame before the action, for the velocity with which it begins
+        found = examples.excerpt(index, np.append(times[0] - (times[1] - times[0]), times))
+        source, contacts = found.qpos[1:], found.contacts[1:]
+        assert situation.position is not None
+        assert situation.heading is not None
+        aim = None if choice.goal is None else Aim(choice.goal, round(choice.goal_s * self.fps))
+        heading = float(yaw(source[0, 3:7]))
+        example_frame = FloorFrame(examples.frames.origin[index], examples.frames.toward[index])
+        placement = place(
+            source[:, :2], heading, example_frame, situation.position, situation.heading, situation.frame, length,
+            aim, settings.longest_drift_m,
+        )  # fmt: skip
+        target = source.copy()
+        target[:, :2] = placement.position
+        target[:, 3:7] = multiply_quat(about_vertical(placement.turn), source[:, 3:7])
+        before = found.qpos[0].copy()
+        before[:2] = situation.position + turned(found.qpos[0, :2] - source[0, :2], placement.turn[0])
+        before[3:7] = multiply_quat(about_vertical(placement.turn[:1])[0], before[3:7])
+        seam = Seam(track.qpos[begin - 1 : begin + 2].copy(), track.contacts[begin].copy(), track.lift[begin].copy())
+        made = stitch(
+            seam,
+            target,
+            before,
+            contacts,
+            found.turning[1:],
+            length,
+            self.fps,
+            examples.bodies[player],
+            settings.stitch,
+        )
+        track.put(begin, made.qpos, made.contacts, made.kinematics, self._reduced(made.qpos, made.kinematics))
+        action = FightAction(
+            player,
+            begin,
+            begin + length,
+            int(examples.actions.label[index]),
+            self._known(index),
+            begin + min(round(own_moment + warp.wanted - warp.moment), length - 1),
+            choice.request,
+        )
+        track.done.append(Performed(action, index, self._summary(track, action)))
+
+    def _warp(self, player: int, index: int, begin: int, own_moment: int) -> Warp:
+        """Time warp that lets the moments coincide, where there is an attack and it is possible."""
+        other = self._tracks[1 - player].during(begin)
+        ahead = other.action.moment - begin
+        if self.settings.warp is None or ahead < 1:
+            return Warp()
+        if not (self.examples.attacks[index] or self.examples.attacks[other.index]):
+            return Warp()
+        return fit_warp(own_moment, ahead, self.settings.warp) or Warp()
+
+    def _known(self, index: int) -> int:
+        return index if index < self.examples.known else NONE
+
+    def _summary(self, track: FighterTrack, action: FightAction) -> ActionSummaries:
+        part = slice(action.start, action.end)
+        return summarise(track.qpos[part, :2], yaw(track.qpos[part, 3:7]), track.pose[part], self.fps)
+
+    def _reduced(self, qpos: FloatArray, kinematics: Kinematics) -> FloatArray:
+        """(F, k) reduced poses, as `simprep.duel.model.tracks.pair_tracks` prepares them."""
+        offset = kinematics.xpos[:, 1:] - kinematics.xpos[:, :1]
+        flat = turned(offset[..., :2], -yaw(qpos[:, 3:7])[:, None])
+        return self.examples.basis.project(np.concatenate([flat, offset[..., 2:]], axis=-1))
+
+
+def synthesise(
+    examples: ExampleMotions,
+    choosers: tuple[Chooser, Chooser],
+    seconds: float,
+    rng: np.random.Generator,
+    start: int | None = None,
+    settings: SynthesisSettings | None = None,
+    mode: str = "automatic",
+    seed: int = 0,
+) -> Fight:
+    """A fight of a given length.
+
+    Args:
+        examples: actions to perform.
+        choosers: of both fighters.
+        seconds: length [s].
+        rng: the only source of chance.
+        start: see `Bout`.
+        settings: None for the defaults.
+        mode: see `Fight`.
+        seed: of `rng`, for the record.
+
+    Raises:
+        SettingError: a length that is not positive.
+    """
+    if not seconds > 0:
+        raise SettingError(f"a fight of {seconds} s; valid: above 0")
+    bout = Bout(examples, choosers, rng, start, settings)
+    frames = max(2, round(seconds * examples.fps))
+    bout.run(frames)
+    return bout.fight(frames, mode, seed)

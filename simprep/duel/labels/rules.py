@@ -1,0 +1,109 @@
+"""The two aspects that follow from rules: what an action reacts to, and on which feet it begins and ends.
+
+Source: the 2008 paper, section 3.2.2.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, KICKS, LEARNED_ASPECTS, PUNCHES, QUALIFIERS
+from simprep.errors import MotionError
+
+IntArray = NDArray[np.int64]
+LEFT, RIGHT, FLIGHT = 0, 1, 2
+SYMBOLS = ("L", "R", "F")
+
+
+def react_rule(table: IntArray, qualifiers: IntArray) -> IntArray:
+    """Qualifier of `react` of every action: the opponent's attack that was under way when the action began.
+
+    Under way is what the opponent does in the last frame before (of a clip's first action: in its first frame): an
+    opponent who changes action at that very frame cannot have been reacted to. Kicks go before punches.
+
+    Args:
+        table: (S, 4) player, first frame, frame after the last, clip.
+        qualifiers: (S, 5) indices of the learned aspects of the same actions.
+
+    Returns:
+        (S,) indices into `QUALIFIERS["react"]`.
+
+    Raises:
+        MotionError: the other player has no action at that time.
+    """
+    attacking: dict[str, NDArray[np.bool_]] = {}
+    for kind, aspects in (("kick", KICKS), ("punch", PUNCHES)):
+        columns = [
+            np.isin(
+                qualifiers[:, LEARNED_ASPECTS.index(aspect)],
+                [QUALIFIERS[aspect].index(name) for name in ATTACKING_QUALIFIERS[aspect]],
+            )
+            for aspect in aspects
+        ]
+        attacking[kind] = np.asarray(np.stack(columns).any(axis=0))
+    choices = QUALIFIERS["react"]
+    kind_of = np.where(
+        attacking["kick"],
+        choices.index("kick"),
+        np.where(attacking["punch"], choices.index("punch"), choices.index("others")),
+    )
+    out = np.empty(len(table), dtype=np.int64)
+    for player in range(2):
+        own, other = np.flatnonzero(table[:, 0] == player), np.flatnonzero(table[:, 0] != player)
+        if not len(other):
+            raise MotionError("actions of one player only; reactions need both")
+        frame = table[own, 1] - 1
+        first = np.append(True, table[own[1:], 3] != table[own[:-1], 3])
+        frame[first] += 1
+        concurrent = other[np.maximum(np.searchsorted(table[other, 1], frame, side="right") - 1, 0)]
+        wrong = (table[concurrent, 3] != table[own, 3]) | (table[concurrent, 2] <= frame)
+        if wrong.any():
+            raise MotionError(f"no action of the other player at frame {frame[int(np.argmax(wrong))]}")
+        out[own] = kind_of[concurrent]
+    return out
+
+
+def stance_symbols(contacts: NDArray[np.bool_], bounds: IntArray) -> IntArray:
+    """Supporting foot of every frame: left, right or none; both feet count as the nearer single stance.
+
+    Args:
+        contacts: (T, 2) left and right foot in contact.
+        bounds: (clips, 2) first frame of every clip and the frame after its last.
+
+    Returns:
+        (T,) `LEFT`, `RIGHT` or `FLIGHT`. Equally near: the one before. A clip without any single stance: left.
+    """
+    symbols = np.where(contacts[:, 0], LEFT, np.where(contacts[:, 1], RIGHT, FLIGHT)).astype(np.int64)
+    feet = contacts.sum(axis=1)
+    double, single = feet == 2, feet == 1
+    for first, after in bounds:
+        known = np.flatnonzero(single[first:after]) + first
+        asked = np.flatnonzero(double[first:after]) + first
+        if not len(known) or not len(asked):
+            continue
+        place = np.searchsorted(known, asked)
+        before, behind = known[np.maximum(place - 1, 0)], known[np.minimum(place, len(known) - 1)]
+        # at the ends both are the same frame
+        symbols[asked] = np.where(np.abs(asked - before) <= np.abs(behind - asked), symbols[before], symbols[behind])
+    return symbols
+
+
+def move_rule(table: IntArray, contacts: tuple[NDArray[np.bool_], NDArray[np.bool_]], bounds: IntArray) -> IntArray:
+    """Qualifier of `move` of every action: its first and last supporting foot.
+
+    The last is taken in the frame in which the next action begins, so that what one action ends with is what the next
+    begins with.
+
+    Args:
+        table: (S, 4) player, first frame, frame at which the next begins, clip.
+        contacts: (T, 2) foot contacts of each player.
+        bounds: (clips, 2) first frame of every clip and the frame after its last.
+
+    Returns:
+        (S,) indices into `QUALIFIERS["move"]`.
+    """
+    symbols = np.stack([stance_symbols(contact, bounds) for contact in contacts])
+    player, start, end, clip = table.T
+    last = np.minimum(end, bounds[clip, 1] - 1)
+    of = {name: index for index, name in enumerate(QUALIFIERS["move"])}
+    codes = np.array([[of[f"{a}-{b}"] for b in SYMBOLS] for a in SYMBOLS], dtype=np.int64)
+    return np.asarray(codes[symbols[player, start], symbols[player, last]])

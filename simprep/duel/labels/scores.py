@@ -1,0 +1,86 @@
+"""How well actions are labelled: confusion matrix, accuracy and macro F1 of one aspect; cross-validation."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.labels.labelling import DEFAULT_SETTINGS, LabelSettings, train_labels
+from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
+from simprep.errors import SettingError
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class AspectScore:
+    """Agreement of labels with the truth in one aspect.
+
+    Attributes:
+        qualifiers: names of rows and columns.
+        confusion: (Q, Q) how often truth (row) was labelled as column.
+        accuracy: share of actions labelled right; hides rare qualifiers, since `others` dominates.
+        macro_f1: mean F1 over the qualifiers that truth or labels contain; counts rare ones as much as frequent ones.
+    """
+
+    qualifiers: tuple[str, ...]
+    confusion: IntArray
+    accuracy: float
+    macro_f1: float
+
+
+def score(truth: IntArray, labels: IntArray, qualifiers: tuple[str, ...]) -> AspectScore:
+    """Compare labels with the truth.
+
+    Args:
+        truth: (N,) qualifier indices.
+        labels: (N,) qualifier indices.
+        qualifiers: their names.
+
+    Raises:
+        SettingError: nothing to compare, or unequal lengths.
+    """
+    if len(truth) != len(labels) or not len(truth):
+        raise SettingError(f"{len(truth)} true and {len(labels)} given labels; valid: equally many, at least one")
+    confusion = np.zeros((len(qualifiers), len(qualifiers)), dtype=np.int64)
+    np.add.at(confusion, (truth, labels), 1)
+    right = np.diag(confusion)
+    total = confusion.sum(axis=0) + confusion.sum(axis=1)
+    f1 = 2 * right[total > 0] / total[total > 0]
+    return AspectScore(qualifiers, confusion, float(right.sum() / len(truth)), float(f1.mean()))
+
+
+def cross_validate(
+    features: FloatArray,
+    qualifiers: IntArray,
+    rng: np.random.Generator,
+    folds: int = 5,
+    settings: LabelSettings = DEFAULT_SETTINGS,
+) -> dict[str, AspectScore]:
+    """Score each learned aspect on annotated actions that were left out of training.
+
+    Args:
+        features: (N, F) of the annotated actions.
+        qualifiers: (N, 5) their qualifier indices.
+        rng: decides the folds.
+        folds: number of folds, at most N.
+        settings: of the machines.
+
+    Returns:
+        Aspect to its score over all held-out actions.
+
+    Raises:
+        SettingError: too few actions for two folds.
+    """
+    if len(features) < 4 or folds < 2:
+        raise SettingError(f"{len(features)} annotated actions in {folds} folds; valid: at least 4 in 2")
+    fold = rng.permutation(np.arange(len(features)) % min(folds, len(features) // 2))
+    guessed = np.empty_like(qualifiers)
+    for number in np.unique(fold):
+        held = fold == number
+        guessed[held] = train_labels(features[~held], qualifiers[~held], settings).predict(features[held])[0]
+    return {
+        aspect: score(qualifiers[:, column], guessed[:, column], QUALIFIERS[aspect])
+        for column, aspect in enumerate(LEARNED_ASPECTS)
+    }

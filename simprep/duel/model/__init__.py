@@ -1,0 +1,1 @@
+"""Who answers what with what: the coupled graph, and the transition model learned from it."""

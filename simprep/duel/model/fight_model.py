@@ -1,0 +1,122 @@
+"""All that synthesis needs in one folder: a transition model, and the example motions that it was learned from.
+
+Source: the 2008 paper, section 5: actions are chosen by the model and taken from the examples. `model.npz` names the
+digest of its stream, so that it is never played with the motions of another one.
+"""
+
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from simprep.duel.labels.labels import Label
+from simprep.duel.model.store import learned_from, read_model, save_model
+from simprep.duel.model.transition_model import DuelModel
+from simprep.duel.stream.store import read_stream, save_stream
+from simprep.duel.stream.stream import PLAYERS, DuelStream, check_stream
+from simprep.errors import MotionFileError, SettingError
+
+MODEL_FILE = "model.npz"
+STREAM_FILE = "stream.npz"
+
+
+@dataclass(frozen=True)
+class FightModel:
+    """A transition model with its example motions.
+
+    Attributes:
+        model: which action follows, and B.
+        stream: the frames that B's actions are made of.
+        learned_until: frame from which on nothing was learned; None: learned from all of it.
+
+    Raises:
+        SettingError: a model of a longer stream, or of another frame rate.
+    """
+
+    model: DuelModel
+    stream: DuelStream
+    learned_until: int | None = None
+
+    def __post_init__(self) -> None:
+        last = int(self.model.graph.actions.end.max())
+        if self.model.fps != self.stream.fps or last > len(self.stream):
+            raise SettingError(
+                f"a model of {last} or more frames at {self.model.fps:g} per second does not belong to {self.stream.name!r}: "
+                f"{len(self.stream)} frames at {self.stream.fps:g}"
+            )
+
+
+def model_doubts(fight_model: FightModel) -> tuple[str, ...]:
+    """What a fight made with a model should not be trusted for: doubts about its stream, and fighters who never attack.
+
+    Args:
+        fight_model: with its stream.
+
+    Returns:
+        A sentence each; empty where nothing is doubtful.
+    """
+    silent = [
+        f"{player} never attacks in {fight_model.stream.name}, which the model was learned from"
+        for player, graph in zip(PLAYERS, fight_model.model.graph.graphs)
+        if not any(Label.from_code(int(code)).attacks for code in graph.labels)
+    ]
+    return (*check_stream(fight_model.stream).warnings, *silent)
+
+
+def stream_digest(stream: DuelStream) -> str:
+    """Hash of all frames, the frame rate, the seams and the bodies of a stream (SHA-256, hexadecimal)."""
+    digest = hashlib.sha256(repr((stream.fps, stream.seams)).encode())
+    for motion in stream.players:
+        digest.update(repr((motion.body.height_m, motion.body.mass_kg)).encode())
+        digest.update(np.ascontiguousarray(motion.qpos, dtype="<f8").tobytes())
+        digest.update(np.packbits(motion.contacts).tobytes())
+    return digest.hexdigest()
+
+
+def save_fight_model(model: DuelModel, stream: DuelStream, folder: str | Path) -> tuple[Path, Path]:
+    """Write `model.npz` and, beside it, `stream.npz`.
+
+    Args:
+        model: learned from the stream.
+        stream: all frames of it.
+        folder: is made where missing.
+
+    Returns:
+        Both paths.
+
+    Raises:
+        MotionFileError: they cannot be written.
+    """
+    folder = Path(folder)
+    # the stream first: a model whose stream is missing would be the worse half
+    motions = save_stream(stream, folder / STREAM_FILE)
+    return save_model(model, folder / MODEL_FILE, stream_digest(stream)), motions
+
+
+def read_fight_model(path: str | Path) -> FightModel:
+    """Read a model and its example motions.
+
+    Args:
+        path: a folder that `simprep duel analyse` wrote, or the `model.npz` in it.
+
+    Raises:
+        MotionFileError: a file is missing or damaged, or the stream is not the one that the model was learned from.
+    """
+    path = Path(path)
+    if path.is_dir():
+        if not (path / MODEL_FILE).is_file():
+            raise MotionFileError(
+                path, f"no {MODEL_FILE} in this folder; `simprep duel analyse STREAM -o DIR` writes one"
+            )
+        path = path / MODEL_FILE
+    model = read_model(path)
+    beside = path.with_name(STREAM_FILE)
+    if not beside.is_file():
+        raise MotionFileError(
+            path, f"its example motions are missing: no {STREAM_FILE} beside it; run `simprep duel analyse` again"
+        )
+    stream = read_stream(beside)
+    if learned_from(path) != stream_digest(stream):
+        raise MotionFileError(beside, f"not the stream that {path} was learned from; run `simprep duel analyse` again")
+    return FightModel(model, stream)

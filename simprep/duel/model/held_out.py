@@ -1,0 +1,122 @@
+"""A model that has not seen the end of its stream: what passive mode and comparisons with held-out data need.
+
+Source: the 2008 paper, section 6: the attacks that one fighter performs, and the reactions to them, are kept out of the
+statistical learning. B keeps all actions, so that the held-out ones can still be performed.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.model.action_features import action_features, fit_pose_basis
+from simprep.duel.model.estimates import fit_label_model
+from simprep.duel.model.fight_model import FightModel
+from simprep.duel.model.structures import PLAYERS, Transitions
+from simprep.duel.model.tracks import pair_tracks
+from simprep.duel.model.transition_model import TrainingSettings, TransitionModel, label_triples
+from simprep.errors import MotionError
+
+IntArray = NDArray[np.int64]
+SHARE = 1 / 3
+"""Of the stream that is held out, where nothing else is said."""
+
+
+def split_frame(whole: FightModel, share: float = SHARE) -> int:
+    """The frame that divides a stream into what is learned and what is held out.
+
+    Args:
+        whole: model of all of it.
+        share: to be held out.
+
+    Returns:
+        The seam nearest to that share; of a stream without seams, the frame.
+    """
+    wanted = round((1 - share) * len(whole.stream))
+    seams = np.array(whole.stream.seams, dtype=np.int64)
+    return int(seams[np.argmin(np.abs(seams - wanted))]) if len(seams) else wanted
+
+
+def learn_before(whole: FightModel, frame: int, settings: TrainingSettings | None = None) -> FightModel:
+    """Learn from what ends before a frame alone: labels, densities, pose basis and examples to choose from.
+
+    Args:
+        whole: model of the whole stream, whose cuts and labels are taken over.
+        frame: see `split_frame`.
+        settings: of the training; None: as the whole model's label model, with the paper's densities.
+
+    Raises:
+        MotionError: too few actions before the frame.
+    """
+    settings = settings or TrainingSettings(
+        label_model=whole.model.players[0].labels.kind, pose_components=len(whole.model.basis.components)
+    )
+    graph, tracks = whole.model.graph, pair_tracks(whole.stream)
+    basis = fit_pose_basis(tracks.joints[:frame], settings.pose_components)
+    features = action_features(tracks, graph.actions, basis, settings.goal_delay)
+    learned = _Part(np.flatnonzero(graph.actions.end <= frame))
+    players = []
+    for player in PLAYERS:
+        seen = [learned.rows[graph.actions.player[learned.rows] == who] for who in (player, 1 - player)]
+        steps = learned.transitions(graph.actions.transitions(player))
+        samples = features.samples(steps)
+        if not len(seen[0]) or not len(seen[1]) or len(steps) <= samples.shape[1] + 2:
+            raise MotionError(
+                f"{whole.stream.name}: {len(steps)} transitions of player {player} before frame {frame}; valid: more than "
+                f"{samples.shape[1] + 2} (a longer stream)"
+            )
+        code = graph.actions.label
+        candidates = np.unique(code[seen[0]])
+        examples = seen[0][np.argsort(code[seen[0]], kind="stable")]
+        goal = features.goal[steps.next]
+        inside = np.isfinite(goal).all(axis=1)
+        players.append(
+            TransitionModel(
+                player,
+                fit_label_model(
+                    label_triples(graph, steps), candidates, np.unique(code[seen[1]]), settings.label_model
+                ),
+                settings.covariance.fit(samples, code[steps.next]),
+                settings.covariance.fit(np.column_stack([samples, goal])[inside], code[steps.next][inside])
+                if inside.sum() > samples.shape[1] + 2
+                else None,
+                examples,
+                np.searchsorted(candidates, code[examples]),
+                features.parameters[examples],
+            )
+        )
+    model = replace(
+        whole.model, basis=basis, parameters=features.parameters, players=(players[0], players[1]),
+        goal_delay=settings.goal_delay,
+    )  # fmt: skip
+    return FightModel(model, whole.stream, frame)
+
+
+def held_out_actions(model: FightModel, player: int) -> IntArray:
+    """Actions of a player, in order of time, none of which the model has seen.
+
+    Args:
+        model: of `learn_before`.
+        player: 0 or 1.
+
+    Raises:
+        MotionError: the model has learned from all of the stream, or the player does nothing afterwards.
+    """
+    actions = model.model.graph.actions
+    own = actions.of(player)
+    found = own[actions.start[own] >= (len(model.stream) if model.learned_until is None else model.learned_until)]
+    if not len(found):
+        raise MotionError(f"{model.stream.name}: no action of player {player} is held out")
+    return found
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Actions to learn from."""
+
+    rows: IntArray
+
+    def transitions(self, steps: Transitions) -> Transitions:
+        """Those among these actions alone."""
+        inside = np.isin(steps.next, self.rows) & np.isin(steps.current, self.rows)
+        return steps.subset(np.flatnonzero(inside & np.isin(steps.opponent, self.rows)))

@@ -1,0 +1,40 @@
+"""Which labels can follow at all, by what the two ruled aspects mean.
+
+`react` says what the opponent attacks with when the action begins, `move` begins on the foot on which the own last action
+ended (2008 paper, section 3.2): both follow from the two labels given, whatever the fighters choose.
+"""
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simprep.duel.labels.labels import ASPECTS, ATTACKING_QUALIFIERS, KICKS, QUALIFIERS, decode
+
+FEET = 3
+"""`move` counts first foot times last foot: L, R, F."""
+
+
+def may_follow(own: ArrayLike, opponent: ArrayLike, candidates: ArrayLike) -> NDArray[np.bool_]:
+    """Whether a label agrees with what `react` and `move` mean.
+
+    Args:
+        own: (...) own label codes.
+        opponent: (...) the opponent's.
+        candidates: (K,) codes that might come next.
+
+    Returns:
+        (..., K).
+    """
+    mine, theirs, following = decode(own), decode(opponent), decode(candidates)
+    kick = np.zeros(theirs.shape[:-1], dtype=bool)
+    punch = kick.copy()
+    for aspect, names in ATTACKING_QUALIFIERS.items():
+        attacks = np.isin(theirs[..., ASPECTS.index(aspect)], [QUALIFIERS[aspect].index(name) for name in names])
+        if aspect in KICKS:
+            kick |= attacks
+        else:
+            punch |= attacks
+    choices = QUALIFIERS["react"]
+    react = np.where(kick, choices.index("kick"), np.where(punch, choices.index("punch"), choices.index("others")))
+    move = ASPECTS.index("move")
+    same_foot = following[:, move] // FEET == mine[..., None, move] % FEET
+    return np.asarray((following[:, ASPECTS.index("react")] == react[..., None]) & same_foot)

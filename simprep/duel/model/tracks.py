@@ -1,0 +1,35 @@
+"""What the transition model needs of a two-person stream: roots, headings, local joint positions, centres of mass."""
+
+import numpy as np
+
+from simprep.duel.labels.segmentation import stream_kinematics
+from simprep.duel.model.action_features import PairTracks
+from simprep.duel.stream.stream import DuelStream
+from simprep.motion.edit import yaw
+from simprep.motion.kinematics import Kinematics
+from simprep.motion.turns import turned
+
+
+def pair_tracks(stream: DuelStream, kinematics: tuple[Kinematics, Kinematics] | None = None) -> PairTracks:
+    """Tracks of a stream. Joint positions are relative to the root joint, in axes that turn with the heading only.
+
+    The lean of the pelvis thus stays visible in them, as in the features that classifiers learn from.
+
+    Args:
+        stream: two people.
+        kinematics: of both, where already computed (`segmentation.stream_kinematics`).
+    """
+    both = kinematics or stream_kinematics(stream)
+    heading = [yaw(one.xquat[:, 0]) for one in both]
+    joints = []
+    for one, angle in zip(both, heading, strict=True):
+        offset = one.xpos[:, 1:] - one.xpos[:, :1]
+        flat = turned(offset[..., :2], -angle[:, None])
+        joints.append(np.concatenate([flat, offset[..., 2:]], axis=-1))
+    return PairTracks(
+        fps=stream.fps,
+        root=np.stack([one.xpos[:, 0] for one in both], axis=1),
+        heading=np.stack(heading, axis=1),
+        joints=np.stack(joints, axis=1),
+        com=np.stack([one.com for one in both], axis=1),
+    )

@@ -1,0 +1,87 @@
+"""The file of a two-person stream: one .npz with a schema version and the identity of the model its poses belong to."""
+
+from pathlib import Path
+from typing import Any
+
+from simprep.archive import open_archive, write_archive
+from simprep.duel.stream.stream import PLAYERS, DuelStream
+from simprep.errors import MotionFileError
+from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, Body
+from simprep.motion.motion import Motion
+from simprep.motion.store import read_poses
+
+SCHEMA = "simprep.duel-stream/1"
+_HINTS = {"simprep.motion/": "one person; `simprep duel import A B` joins two"}
+
+
+def save_stream(stream: DuelStream, path: str | Path) -> Path:
+    """Write a stream to .npz, atomically.
+
+    Args:
+        stream: what to write.
+        path: the file; `.npz` is appended if missing.
+
+    Returns:
+        The path written.
+
+    Raises:
+        MotionFileError: it cannot be written.
+    """
+    header = {
+        "schema": SCHEMA,
+        "model": MODEL_NAME,
+        "model_version": MODEL_VERSION,
+        "hinges": HINGES,
+        "name": stream.name,
+        "fps": stream.fps,
+        "seams": stream.seams,
+        "clips": stream.clips,
+        "players": [
+            {
+                "name": motion.name,
+                "source": motion.source,
+                "events": dict(motion.events),
+                "height_m": motion.body.height_m,
+                "mass_kg": motion.body.mass_kg,
+            }
+            for motion in stream.players
+        ],
+    }
+    arrays: dict[str, Any] = {f"qpos_{player}": motion.qpos for player, motion in zip(PLAYERS, stream.players)}
+    arrays |= {f"contacts_{player}": motion.contacts for player, motion in zip(PLAYERS, stream.players)}
+    try:
+        return write_archive(path, header, arrays)
+    except OSError as error:
+        raise MotionFileError(path, f"cannot be written ({error.strerror})") from None
+
+
+def read_stream(path: str | Path) -> DuelStream:
+    """Read a stream written by `save_stream`.
+
+    Args:
+        path: the .npz file.
+
+    Raises:
+        MotionFileError: missing, not a two-person stream, another schema version or another model.
+    """
+    with open_archive(path, "two-person stream", SCHEMA, _HINTS) as (header, archive):
+        model = (header["model"], header["model_version"])
+        if model != (MODEL_NAME, MODEL_VERSION) or tuple(header["hinges"]) != HINGES:
+            raise MotionFileError(
+                path, f"poses of model {model[0]!r} version {model[1]!r}; valid: {MODEL_NAME!r} version {MODEL_VERSION}"
+            )
+        first, second = (_player(header, archive, number) for number in range(2))
+        return DuelStream((first, second), tuple(header["seams"]), tuple(header["clips"]), header["name"])
+
+
+def _player(header: dict[str, Any], archive: Any, number: int) -> Motion:
+    about = header["players"][number]
+    return Motion(
+        qpos=read_poses(archive, f"qpos_{PLAYERS[number]}"),
+        fps=header["fps"],
+        contacts=archive[f"contacts_{PLAYERS[number]}"],
+        events={str(key): int(value) for key, value in about["events"].items()},
+        name=about["name"],
+        source=about["source"],
+        body=Body(about["height_m"], about["mass_kg"]),
+    )

@@ -1,0 +1,1 @@
+"""Guard, punches, blocks and dodges of a boxer."""

@@ -1,0 +1,1 @@
+"""Building blocks of motions: curves in time, feet, limbs, balance, whole bodies."""

@@ -1,0 +1,155 @@
+"""Paths of one foot: stances that roll over heel and toe without slipping, and swings between them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import make_interp_spline
+
+from simprep.humanoid import DEFAULT_BODY, FOOT_GEOMS, Body, humanoid_model
+from simprep.library.parts.limbs import SIGNS
+from simprep.motion.curves import Curve, constant, minimum_jerk
+from simprep.motion.kinematics import foot_geom_ids
+from simprep.motion.rotations import axis_rotation
+
+_HEEL, _TOE = FOOT_GEOMS.index("heel"), FOOT_GEOMS.index("toe")
+_DIFFERENCE_S = 1e-3  # step of the numerical derivatives at the ends of a swing
+
+
+@dataclass(frozen=True)
+class Stance:
+    """One stay of a foot on the floor.
+
+    Attributes:
+        start: touch-down [s].
+        end: lift-off [s].
+        x: ankle of the flat foot, world [m].
+        y: the same.
+        toe_out: angle of the foot from world x, outward positive [rad].
+    """
+
+    start: float
+    end: float
+    x: float
+    y: float
+    toe_out: float
+
+
+@dataclass(frozen=True)
+class FootPath:
+    """Where one foot is at any time.
+
+    Attributes:
+        side: `left` or `right`.
+        stances: in order of time; before the first and after the last the foot stays.
+        pitch: foot pitch, toe up positive [rad]; in stance a positive pitch rolls over the heel, a negative one over
+            the toe, and the sphere that carries does not move.
+        pivot: further toe-out in stance [rad]; only while heel or toe is up, about the point that carries.
+        via: (time [s], axis 0 to 2, value [m]) points that the ankle passes in the swings.
+        body: the humanoid.
+    """
+
+    side: str
+    stances: tuple[Stance, ...]
+    pitch: Curve = field(default_factory=constant)
+    pivot: Curve = field(default_factory=constant)
+    via: Sequence[tuple[float, int, float]] = ()
+    body: Body = DEFAULT_BODY
+
+    def at(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+        """Pose at given times.
+
+        Args:
+            times: (T,) [s].
+
+        Returns:
+            (T, 3) ankle position [m], (T, 3, 3) rotation of the foot, (T,) whether it supports the body.
+        """
+        times = np.asarray(times, dtype=np.float64)
+        starts = np.array([stance.start for stance in self.stances])
+        index = np.clip(np.searchsorted(starts, times + 1e-9, side="right") - 1, 0, None)
+        ends = np.array([stance.end for stance in self.stances])
+        swing = (times > ends[index] - 1e-9) & (index < len(starts) - 1)
+        position = np.empty((len(times), 3))
+        turn = np.empty(len(times))
+        for number, stance in enumerate(self.stances):
+            mine = (index == number) & ~swing
+            position[mine] = self._stance_position(stance, times[mine])
+            turn[mine] = stance.toe_out + self.pivot(times[mine])
+            mine = (index == number) & swing
+            if mine.any():
+                following = self.stances[number + 1]
+                position[mine] = self._swing_position(stance, following, times[mine])
+                begin = stance.toe_out + self.pivot(np.array([stance.end]))
+                end = following.toe_out + self.pivot(np.array([following.start]))
+                share = (times[mine] - stance.end) / (following.start - stance.end)
+                turn[mine] = begin + (end - begin) * minimum_jerk(share)
+        return position, self._rotation(turn, self.pitch(times)), ~swing
+
+    def _rotation(self, toe_out: NDArray[np.float64], pitch: NDArray[np.float64]) -> NDArray[np.float64]:
+        return axis_rotation("z", SIGNS[self.side] * toe_out) @ axis_rotation("y", -pitch)
+
+    def _stance_position(self, stance: Stance, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        centres, _ = foot_spheres(self.side, self.body)
+        pitch = self.pitch(times)
+        pivot = np.where(pitch[:, None] > 0, centres[_HEEL], centres[_TOE])
+        flat = np.array([stance.x, stance.y, ankle_height(self.body)])
+        still = flat + np.einsum("ij,tj->ti", self._rotation(np.array(stance.toe_out), np.array(0.0)), pivot)
+        turned = self._rotation(stance.toe_out + self.pivot(times), pitch)
+        return np.asarray(still - np.einsum("tij,tj->ti", turned, pivot))
+
+    def _swing_position(self, before: Stance, after: Stance, times: NDArray[np.float64]) -> NDArray[np.float64]:
+        out = np.empty((len(times), 3))
+        h = _DIFFERENCE_S
+        left = self._stance_position(before, before.end - h * np.array([0.0, 1.0, 2.0]))
+        right = self._stance_position(after, after.start + h * np.array([0.0, 1.0, 2.0]))
+        v0, a0 = (3 * left[0] - 4 * left[1] + left[2]) / (2 * h), (left[0] - 2 * left[1] + left[2]) / h**2
+        v1, a1 = (-3 * right[0] + 4 * right[1] - right[2]) / (2 * h), (right[0] - 2 * right[1] + right[2]) / h**2
+        for axis in range(3):
+            points = [(t, v) for t, a, v in self.via if a == axis and before.end < t < after.start]
+            points = [(before.end, left[0, axis]), *sorted(points), (after.start, right[0, axis])]
+            knots, values = np.array(points).T
+            begin: Any = [(1, v0[axis]), (2, a0[axis])]
+            end: Any = [(1, v1[axis]), (2, a1[axis])]
+            spline = make_interp_spline(knots, values, k=5, bc_type=(begin, end))
+            out[:, axis] = spline(times)
+        return out
+
+
+def foot_spheres(side: str, body: Body = DEFAULT_BODY) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Centres (4, 3) in the foot frame and radii (4,) of a foot's spheres, in the order of `FOOT_GEOMS` [m].
+
+    Args:
+        side: `left` or `right`.
+        body: the humanoid.
+    """
+    model = humanoid_model(body)
+    ids = foot_geom_ids(body)[0 if side == "left" else 1]
+    return np.array(model.geom_pos[ids]), np.array(model.geom_size[ids, 0])
+
+
+def ankle_height(body: Body = DEFAULT_BODY) -> float:
+    """Height of the ankle centre above the floor when the foot is flat [m].
+
+    Args:
+        body: the humanoid.
+    """
+    centres, radii = foot_spheres("left", body)
+    return float((radii - centres[:, 2]).max())
+
+
+def lowest_point(side: str, rotation: NDArray[np.float64], body: Body = DEFAULT_BODY) -> NDArray[np.float64]:
+    """Height of the lowest point of a foot relative to its ankle centre [m].
+
+    Args:
+        side: `left` or `right`.
+        rotation: (T, 3, 3) of the foot.
+        body: the humanoid.
+
+    Returns:
+        (T,), negative.
+    """
+    centres, radii = foot_spheres(side, body)
+    return np.asarray(((rotation @ centres.T)[:, 2, :] - radii).min(axis=-1))

@@ -1,0 +1,127 @@
+"""Closed-form inverse kinematics of legs and arms, over all frames at once.
+
+The leg has six hinges (hip 3, knee, ankle 2), so pelvis and foot pose determine them exactly (Kajita et al. 2014,
+Introduction to Humanoid Robotics, section 2.5.2, for this model's axis order). No iteration means no dependence on the
+frame before: the result is as smooth as the targets, and a stance foot is still to rounding.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.humanoid import DEFAULT_BODY, SIDES, Body, humanoid_model
+from simprep.motion.limb_ik import ball_joint_angles, two_bar_bend
+from simprep.motion.rotations import axis_rotation
+
+SIGNS = {"left": 1.0, "right": -1.0}
+"""Abduction, rotation, inversion and pronation turn the other way on the right."""
+
+
+@dataclass(frozen=True)
+class LimbLengths:
+    """Lengths and offsets of the limbs [m].
+
+    Attributes:
+        thigh: hip to knee.
+        shank: knee to ankle.
+        upper_arm: shoulder to elbow.
+        forearm: elbow to the middle of the fist, wrist straight.
+        hip: (2, 3) left and right hip centre in the pelvis frame.
+        shoulder: (2, 3) left and right shoulder centre in the thorax frame.
+    """
+
+    thigh: float
+    shank: float
+    upper_arm: float
+    forearm: float
+    hip: NDArray[np.float64]
+    shoulder: NDArray[np.float64]
+
+
+@lru_cache(maxsize=16)
+def limb_lengths(body: Body = DEFAULT_BODY) -> LimbLengths:
+    """Lengths of a body, read from its model.
+
+    Args:
+        body: stature and mass.
+    """
+    model = humanoid_model(body)
+    down = {name: -float(model.body(f"left_{name}").pos[2]) for name in ("shank", "foot", "forearm", "hand")}
+    return LimbLengths(
+        thigh=down["shank"],
+        shank=down["foot"],
+        upper_arm=down["forearm"],
+        forearm=down["hand"] - float(model.site("left_hand").pos[2]),
+        hip=np.array([model.body(f"{side}_thigh").pos for side in SIDES]),
+        shoulder=np.array([model.body(f"{side}_upper_arm").pos for side in SIDES]),
+    )
+
+
+def leg_angles(
+    side: str,
+    pelvis_position: NDArray[np.float64],
+    pelvis_rotation: NDArray[np.float64],
+    foot_position: NDArray[np.float64],
+    foot_rotation: NDArray[np.float64],
+    body: Body = DEFAULT_BODY,
+) -> NDArray[np.float64]:
+    """Leg hinges that put the foot where it should be; a leg that is too short stays straight and points at it.
+
+    Args:
+        side: `left` or `right`.
+        pelvis_position: (T, 3) pelvis origin, world [m].
+        pelvis_rotation: (T, 3, 3).
+        foot_position: (T, 3) ankle centre, world [m].
+        foot_rotation: (T, 3, 3).
+        body: the humanoid.
+
+    Returns:
+        (T, 6) in the order of `simprep.humanoid.LEG_JOINTS` [rad].
+    """
+    lengths, sign = limb_lengths(body), SIGNS[side]
+    hip = pelvis_position + pelvis_rotation @ lengths.hip[SIDES.index(side)]
+    to_hip = np.einsum("tji,tj->ti", foot_rotation, hip - foot_position)  # foot frame
+    knee = two_bar_bend(np.linalg.norm(to_hip, axis=-1), lengths.thigh, lengths.shank)
+    above_sole = np.where(
+        to_hip[:, 2] < 0, -1.0, 1.0
+    )  # keeps the inversion within 90 deg with the heel at the buttocks
+    inversion = -sign * np.arctan2(above_sole * to_hip[:, 1], above_sole * to_hip[:, 2])
+    lean = np.arctan2(to_hip[:, 0], above_sole * np.hypot(to_hip[:, 1], to_hip[:, 2]))
+    behind, above = -lengths.thigh * np.sin(knee), lengths.shank + lengths.thigh * np.cos(knee)
+    dorsiflexion = lean - np.arctan2(behind, above)
+    dorsiflexion = np.arctan2(np.sin(dorsiflexion), np.cos(dorsiflexion))
+    thigh = foot_rotation @ axis_rotation("x", sign * inversion) @ axis_rotation("y", dorsiflexion - knee)
+    ball = ball_joint_angles(np.swapaxes(pelvis_rotation, -1, -2) @ thigh) * [-1.0, sign, -sign]
+    return np.concatenate([ball, np.stack([knee, dorsiflexion, inversion], axis=-1)], axis=-1)
+
+
+def arm_angles(
+    side: str, fist: NDArray[np.float64], pole: NDArray[np.float64], body: Body = DEFAULT_BODY
+) -> NDArray[np.float64]:
+    """Shoulder and elbow hinges that put the middle of the fist at a point of the thorax frame, wrist straight.
+
+    Args:
+        side: `left` or `right`.
+        fist: (T, 3) in the thorax frame, x forward, y left, z up, from the base of the thorax [m].
+        pole: (T, 3) direction in the thorax frame into which the elbow points.
+        body: the humanoid.
+
+    Returns:
+        (T, 4) shoulder flexion, abduction, rotation, elbow flexion [rad].
+    """
+    lengths = limb_lengths(body)
+    reach = fist - lengths.shoulder[SIDES.index(side)]
+    distance = np.linalg.norm(reach, axis=-1)
+    along = reach / distance[:, None]
+    outward = pole - np.sum(pole * along, axis=-1, keepdims=True) * along
+    outward /= np.linalg.norm(outward, axis=-1, keepdims=True)
+    elbow = two_bar_bend(distance, lengths.upper_arm, lengths.forearm)
+    # angle at the shoulder between the upper arm and the line to the fist
+    offset = np.arctan2(lengths.forearm * np.sin(elbow), lengths.upper_arm + lengths.forearm * np.cos(elbow))[:, None]
+    z = -(np.cos(offset) * along + np.sin(offset) * outward)
+    y = np.cross(along, outward)
+    rotation = np.stack([np.cross(y, z), y, z], axis=-1)
+    shoulder = ball_joint_angles(rotation) * [-1.0, SIGNS[side], -SIGNS[side]]
+    return np.concatenate([shoulder, elbow[:, None]], axis=-1)

@@ -1,0 +1,79 @@
+"""Trunk and arm poses as hinge angles, from named degrees and key poses."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.humanoid import HINGES, SIDES, hinge_index
+from simprep.motion.curves import key_curve
+from simprep.motion.rotations import axis_rotation
+
+Pose = Mapping[str, float]
+"""Hinge angles by name [deg]; `arms_` before an arm hinge sets both sides."""
+
+RELAXED: Pose = {
+    "arms_shoulder_flexion": -3, "arms_shoulder_abduction": 7, "arms_shoulder_rotation": 8, "arms_elbow_flexion": 16,
+    "arms_forearm_pronation": 12,
+}  # fmt: skip
+"""Arms hanging beside the body."""
+
+
+def hinge_angles(pose: Pose) -> NDArray[np.float64]:
+    """Hinge vector of a named pose; hinges not named are zero.
+
+    Args:
+        pose: degrees by name.
+
+    Returns:
+        (37,) [rad].
+
+    Raises:
+        UnknownNameError: no such hinge.
+    """
+    out = np.zeros(len(HINGES))
+    for name, degrees in pose.items():
+        names = [f"{side}_{name[5:]}" for side in SIDES] if name.startswith("arms_") else [name]
+        for one in names:
+            out[hinge_index(one)] = np.radians(degrees)
+    return out
+
+
+def key_poses(keys: Sequence[tuple[float, Pose]], times: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Hinge angles through key poses.
+
+    Args:
+        keys: (time [s], pose), in order of time.
+        times: (T,) [s].
+
+    Returns:
+        (T, 37) [rad].
+    """
+    return key_curve([time for time, _ in keys], np.array([hinge_angles(pose) for _, pose in keys]))(times)
+
+
+def set_hinges(hinges: NDArray[np.float64], values: Mapping[str, NDArray[np.float64] | float]) -> None:
+    """Write columns of a hinge array in place.
+
+    Args:
+        hinges: (T, 37) [rad].
+        values: (T,) or one number per hinge name [rad].
+    """
+    for name, value in values.items():
+        hinges[:, hinge_index(name)] = value
+
+
+def trunk_rotation(
+    yaw: NDArray[np.float64], pitch: NDArray[np.float64], roll: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Pelvis rotations.
+
+    Args:
+        yaw: (T,) to the left [rad].
+        pitch: (T,) forward [rad].
+        roll: (T,) left side up [rad].
+
+    Returns:
+        (T, 3, 3).
+    """
+    return axis_rotation("z", yaw) @ axis_rotation("y", pitch) @ axis_rotation("x", roll)

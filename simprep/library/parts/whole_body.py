@@ -1,0 +1,207 @@
+"""From a plan (feet, ZMP, COM height, trunk and arms) to the whole body's poses."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from simprep.errors import MotionError
+from simprep.humanoid import DEFAULT_BODY, HINGES, LEG_JOINTS, N_QPOS, SIDES, Body, hinge_index, humanoid_model
+from simprep.library.parts.balance import cart_table_zmp, com_from_zmp, ground_reaction, later_period
+from simprep.library.parts.limbs import leg_angles, limb_lengths
+from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.rotations import multiply_quat
+from simprep.motion.turns import about_vertical
+
+_LEG_COLUMNS = np.array([[7 + hinge_index(f"{side}_{joint}") for joint in LEG_JOINTS] for side in SIDES])
+
+
+@dataclass(frozen=True)
+class HipRelative:
+    """A foot that moves with its hip instead of with the floor (kicks, flights).
+
+    Attributes:
+        offset: (T, 2, 3) ankle minus hip centre, world axes [m], left and right.
+        weight: (T, 2) share of this against the world path, 0 to 1.
+    """
+
+    offset: NDArray[np.float64]
+    weight: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class JointSwing:
+    """A leg whose joint angles are given instead of where its foot is (kicks out of the sagittal plane).
+
+    Attributes:
+        angles: (T, 2, 6) hinges of the left and right leg in the order of `simprep.humanoid.LEG_JOINTS` [rad].
+        weight: (T, 2) share of these angles against those that put the foot on its path, 0 to 1.
+    """
+
+    angles: NDArray[np.float64]
+    weight: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What the whole body should do.
+
+    Attributes:
+        fps: frames per second [1/s].
+        foot_position: (T, 2, 3) ankle centres, world [m], left and right.
+        foot_rotation: (T, 2, 3, 3) of the feet.
+        contacts: (T, 2) which feet support.
+        zmp: (T, 2) planned zero-moment point [m].
+        com_height: (T,) [m].
+        root_rotation: (T, 3, 3) of the pelvis.
+        hinges: (T, 37) of trunk and arms [rad]; those of the legs are ignored.
+        shift: (2,) travel per period [m] if the plan is one period of a cyclic motion, else None.
+        turn: turn per period of a cyclic motion about the world's origin, before the shift, to the left [rad].
+        hip_relative: feet that move with the hips; None for none.
+        joint_swing: legs with given joint angles; None for none.
+        passes: how often the ZMP plan is corrected for the angular momentum of the limbs.
+        body: the humanoid.
+    """
+
+    fps: float
+    foot_position: NDArray[np.float64]
+    foot_rotation: NDArray[np.float64]
+    contacts: NDArray[np.bool_]
+    zmp: NDArray[np.float64]
+    com_height: NDArray[np.float64]
+    root_rotation: NDArray[np.float64]
+    hinges: NDArray[np.float64]
+    shift: NDArray[np.float64] | None = None
+    turn: float = 0.0
+    hip_relative: HipRelative | None = None
+    joint_swing: JointSwing | None = None
+    passes: int = 5
+    body: Body = field(default_factory=lambda: DEFAULT_BODY)
+
+
+def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
+    """Poses that follow a plan: feet exactly, COM by moving the pelvis, ZMP by a dynamics filter.
+
+    The COM path comes from the planned ZMP by the cart-table model. What the moving limbs add to the ZMP is measured on
+    the result and subtracted from the plan, a few times (Kajita et al. 2003, section 4, solved as a boundary value
+    problem instead of by preview control).
+
+    Args:
+        plan: the plan.
+
+    Returns:
+        (T, 44) qpos.
+
+    Raises:
+        MotionError: a pose leaves the joint limits by more than 0.5 deg.
+    """
+    qpos = np.zeros((len(plan.zmp), N_QPOS))
+    quat = Rotation.from_matrix(plan.root_rotation).as_quat(scalar_first=True)
+    flips = np.cumprod(np.concatenate([[1.0], np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0)]))
+    qpos[:, 3:7] = quat * flips[:, None]
+    qpos[:, 7:] = plan.hinges
+    limb_part = np.zeros_like(plan.zmp)
+    for _ in range(plan.passes + 1):
+        com = np.column_stack(
+            [
+                com_from_zmp(plan.zmp - limb_part, plan.com_height, plan.fps, plan.shift, turn=plan.turn),
+                plan.com_height,
+            ]
+        )
+        kinematics = follow_com(plan, qpos, com)
+        limb_part = _limb_zmp(plan, kinematics)
+    check_limits(qpos, plan.body)
+    return qpos
+
+
+def follow_com(
+    plan: Plan, qpos: NDArray[np.float64], com: NDArray[np.float64], tolerance: float = 1e-6, passes: int = 40
+) -> Kinematics:
+    """Move the pelvis until the COM is on its path; the legs follow.
+
+    Args:
+        plan: feet, and rotation of the pelvis.
+        qpos: (T, 44) poses, changed in place: root position and legs.
+        com: (T, 3) wanted COM [m].
+        tolerance: largest distance from it [m].
+        passes: after so many it is given up.
+
+    Returns:
+        Kinematics of the poses.
+    """
+    if not qpos[:, :3].any():
+        qpos[:, :3] = com - [0.0, 0.0, 0.06]
+    for _ in range(passes):
+        _place_legs(plan, qpos)
+        kinematics = forward_kinematics(qpos, plan.body)
+        error = com - kinematics.com
+        if np.abs(error).max() < tolerance:
+            break
+        qpos[:, :3] += 1.15 * error  # the legs carry about a quarter of the mass and move half as far
+    return kinematics
+
+
+def _place_legs(plan: Plan, qpos: NDArray[np.float64]) -> None:
+    hips = limb_lengths(plan.body).hip
+    for number, side in enumerate(SIDES):
+        foot = plan.foot_position[:, number]
+        if plan.hip_relative is not None:
+            weight = plan.hip_relative.weight[:, number, None]
+            hip = qpos[:, :3] + plan.root_rotation @ hips[number]
+            foot = (1 - weight) * foot + weight * (hip + plan.hip_relative.offset[:, number])
+        qpos[:, _LEG_COLUMNS[number]] = leg_angles(
+            side, qpos[:, :3], plan.root_rotation, foot, plan.foot_rotation[:, number], plan.body
+        )
+        if plan.joint_swing is not None:
+            weight = plan.joint_swing.weight[:, number, None]
+            qpos[:, _LEG_COLUMNS[number]] *= 1 - weight
+            qpos[:, _LEG_COLUMNS[number]] += weight * plan.joint_swing.angles[:, number]
+
+
+def _limb_zmp(plan: Plan, kinematics: Kinematics) -> NDArray[np.float64]:
+    """ZMP of the whole body minus that of its COM alone; zero in flight."""
+    if plan.shift is not None:
+        kinematics = _padded(kinematics, plan.shift, plan.turn)
+    _, point = ground_reaction(kinematics, plan.fps, plan.body)
+    part = np.nan_to_num(point - cart_table_zmp(kinematics.com, plan.fps))
+    if plan.shift is not None:
+        return part[1:-1]
+    part[[0, -1]] = 0.0
+    return part
+
+
+def _padded(kinematics: Kinematics, shift: NDArray[np.float64], turn: float) -> Kinematics:
+    """One period with its neighbouring frames."""
+
+    def pad(x: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.concatenate([later_period(x[-1:], -1, shift, turn), x, later_period(x[:1], 1, shift, turn)])
+
+    quat = kinematics.xquat
+    about = about_vertical(turn)
+    back = about * [1.0, 1.0, 1.0, -1.0]
+    quat = np.concatenate([multiply_quat(back, quat[-1:]), quat, multiply_quat(about, quat[:1])])
+    return Kinematics(
+        pad(kinematics.xpos), quat, pad(kinematics.xipos), pad(kinematics.com), pad(kinematics.foot_points)
+    )
+
+
+def check_limits(qpos: NDArray[np.float64], body: Body = DEFAULT_BODY) -> None:
+    """Clip hinges to their ranges, in place.
+
+    Args:
+        qpos: (T, 44) poses.
+        body: the humanoid.
+
+    Raises:
+        MotionError: a pose leaves the joint limits by more than 0.5 deg.
+    """
+    low, high = humanoid_model(body).jnt_range[1:].T
+    excess = np.maximum(low - qpos[:, 7:], qpos[:, 7:] - high)
+    frame, hinge = np.unravel_index(int(np.argmax(excess)), excess.shape)
+    if excess[frame, hinge] > np.radians(0.5):
+        raise MotionError(
+            f"frame {frame}: {HINGES[hinge]} at {np.degrees(qpos[frame, 7 + hinge]):.1f} deg; "
+            f"valid: {np.degrees(low[hinge]):.0f} to {np.degrees(high[hinge]):.0f}"
+        )
+    qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)

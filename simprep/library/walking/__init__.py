@@ -1,0 +1,1 @@
+"""Walks, turns and single steps."""

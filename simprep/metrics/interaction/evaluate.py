@@ -1,0 +1,135 @@
+"""A fight measured: as synthesised and, where it is simulated, as simulated; what `simprep fight` and scripts share."""
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from simprep.duel.fight.fight import Fight
+from simprep.duel.fight.hits import JudgedContact, judge
+from simprep.duel.fight.posture import PostureChange, optimise_fight_posture
+from simprep.duel.model.fight_model import FightModel
+from simprep.duel.stream.stream import DuelStream
+from simprep.metrics.interaction.distributions import Distributions, distributions
+from simprep.metrics.interaction.run import RunMetrics, run_metrics, simulated_stream
+from simprep.metrics.interaction.stream import InteractionMetrics, interaction_metrics
+from simprep.physics.run import Run
+from simprep.physics.simulate import simulate
+
+SCHEMA = "simprep.fight/1"
+
+
+@dataclass(frozen=True)
+class FightResults:
+    """A fight with all that was found out about it.
+
+    Attributes:
+        fight: as synthesised.
+        kinematic: its metrics.
+        fps_kinematic: frames made per second of computing, both fighters at once; None where it was not timed.
+        tracked: what was simulated: the fight, its postures optimised where that was wished; None without simulation.
+        posture: what the optimisation changed in A and B; None without.
+        run: the simulation; None without.
+        contacts: between the fighters in it, judged.
+        simulated: its metrics; None without.
+    """
+
+    fight: Fight
+    kinematic: InteractionMetrics
+    fps_kinematic: float | None = None
+    tracked: Fight | None = None
+    posture: tuple[PostureChange, PostureChange] | None = None
+    run: Run | None = None
+    contacts: tuple[JudgedContact, ...] = ()
+    simulated: RunMetrics | None = None
+
+    def headline(self) -> dict[str, Any]:
+        """The numbers of `simprep fight --json`; None where one does not exist.
+
+        Facing, answers and distances to the recorded stream are those of the fight as synthesised; hits are those of the simulation,
+        where there is one. Penetration of the poses is over the whole fight.
+        """
+        kinematic, run = self.kinematic, self.simulated
+        simulated = None if run is None else run.simulated
+        hits = kinematic.hits if simulated is None else simulated.hits
+        return {
+            "fps_kinematic": self.fps_kinematic,
+            "s_per_s": None if run is None else run.s_per_s,
+            "falls_per_min": None if run is None else run.falls_per_min,
+            "mpjpe_mm": None if simulated is None else simulated.mpjpe_mm,
+            "penetration_mm": {
+                "kinematic_mean": kinematic.penetration.mean_mm,
+                "simulated_mean": None if simulated is None else simulated.penetration.mean_mm,
+                "simulated_max": None if simulated is None else simulated.penetration.max_mm,
+            },
+            "foot_slip_ratio": None if run is None else run.foot_slip_ratio,
+            "facing_error_deg": kinematic.facing_error_deg.median,
+            "answered_share": kinematic.reactions.answered_share,
+            "hits": {"intended": hits.intended, "unintended": hits.unintended},
+            "js": {name: kinematic.js.get(name) for name in ("bigram", "distance", "facing")},
+            "assist_n": None if run is None else run.assist_n,
+        }
+
+    @property
+    def simulated_stream(self) -> DuelStream | None:
+        """What was simulated, as a stream; None without simulation, or where it has no second frame."""
+        if self.run is None or self.tracked is None or self.simulated is None or self.simulated.simulated is None:
+            return None
+        return simulated_stream(self.run, self.tracked)[0]
+
+
+def recorded_distributions(model: FightModel) -> Distributions:
+    """What a fight is compared with: the stream that its model has learned from."""
+    actions = model.model.graph.actions
+    return distributions(
+        model.stream, np.stack([actions.player, actions.start, actions.end, actions.clip], axis=1), actions.label
+    )
+
+
+def evaluate_fight(
+    fight: Fight,
+    recorded: Distributions | None = None,
+    physics: bool = True,
+    optimise: bool = True,
+    seed: int = 0,
+    progress: Callable[[float], None] | None = None,
+    fps_kinematic: float | None = None,
+) -> FightResults:
+    """Measure a fight and simulate it.
+
+    Args:
+        fight: as synthesised.
+        recorded: what to compare it with (`recorded_distributions`).
+        physics: simulate it with `mpc`, both fighters planned jointly.
+        optimise: optimise both fighters' postures before.
+        seed: of the controller.
+        progress: called with the share of the simulation that is done.
+        fps_kinematic: how fast it was made, for the record.
+    """
+    kinematic = interaction_metrics(fight.stream, fight.table, fight.codes, recorded)
+    made = FightResults(fight, kinematic, fps_kinematic)
+    if not physics:
+        return made
+    tracked, posture = optimise_fight_posture(fight) if optimise else (fight, None)
+    run = simulate(tracked.stream.players, "mpc", seed, progress=progress)
+    contacts = judge(run.contacts, tracked)
+    simulated = run_metrics(run, tracked, recorded)
+    return replace(made, tracked=tracked, posture=posture, run=run, contacts=contacts, simulated=simulated)
+
+
+def fight_content(results: FightResults) -> dict[str, Any]:
+    """Everything for `metrics.json`: the headline, all metrics, how the fight was made."""
+    fight = results.fight
+    return {
+        "schema": SCHEMA,
+        **results.headline(),
+        "mode": fight.mode,
+        "seed": fight.seed,
+        "duration_s": fight.stream.duration,
+        "record": dict(fight.record),
+        "actions": len(fight.actions),
+        "kinematic": results.kinematic.as_dict(),
+        "posture": None if results.posture is None else [asdict(one) for one in results.posture],
+        "simulation": None if results.simulated is None else results.simulated.as_dict(),
+    }

@@ -1,0 +1,190 @@
+"""Where two fighters are inside each other, and which of it an attack meant: from poses, without physics."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.fight.hits import ARMS, striking_aspect
+from simprep.duel.labels.labels import ATTACKING_QUALIFIERS
+from simprep.duel.stream.stream import DuelStream
+from simprep.humanoid import BODIES, SIDES
+from simprep.metrics.interaction.reactions import check_table, limb_attacks
+from simprep.motion.contacts import stances
+from simprep.physics.bodies import geom_owners, scene_bodies
+from simprep.physics.contacts import BodyContact
+from simprep.physics.overlap import between_bodies, place
+from simprep.scene import SceneSettings, build_scene
+
+GROUPS = ("trunk", "left arm", "right arm", "left leg", "right leg")
+"""Parts of a body that count as one when contacts are counted."""
+GAP_S = 0.1
+"""Contacts of the same parts this near in time are one [s]."""
+
+IntArray = NDArray[np.int64]
+FloatArray = NDArray[np.float64]
+
+
+def _group(segment: str) -> int:
+    side, _, part = segment.partition("_")
+    if side not in SIDES:
+        return 0
+    limb = "arm" if part in ("upper_arm", "forearm", "hand") else "leg"
+    return GROUPS.index(f"{side} {limb}")
+
+
+GROUP_OF = np.array([_group(name) for name in BODIES])
+"""(17,) group of each segment."""
+
+
+STRIKING = {
+    aspect: tuple(index for index, name in enumerate(BODIES) if striking_aspect(name) == aspect)
+    for aspect in ATTACKING_QUALIFIERS
+}
+"""Segments that an attack strikes with, by aspect."""
+ARM_SEGMENTS = tuple(BODIES.index(name) for name in ARMS)
+
+
+@dataclass(frozen=True)
+class Overlaps:
+    """Which segments of A and B overlap when; one row per pair of segments and frame.
+
+    Attributes:
+        frames: number of frames looked at.
+        frame: (N,) rising.
+        segments: (N, 2) of A and of B, indices into `BODIES`.
+        depth: (N,) of the deepest pair of geoms of these segments, above 0 [m].
+    """
+
+    frames: int
+    frame: IntArray
+    segments: IntArray
+    depth: FloatArray
+
+    @property
+    def deepest(self) -> FloatArray:
+        """(T,) deepest overlap of every frame, 0 where there is none [m]."""
+        out = np.zeros(self.frames)
+        np.maximum.at(out, self.frame, self.depth)
+        return out
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Contacts between fighters by what was meant.
+
+    Attributes:
+        intended: attacks that land on trunk, head or legs.
+        unintended: contacts that no attack meant.
+        blocked: attacks that land on nothing but arms.
+    """
+
+    intended: int
+    unintended: int
+    blocked: int
+
+
+def overlaps(stream: DuelStream) -> Overlaps:
+    """Find all overlaps of the geoms that collide in simulation (`simprep.physics.overlap`, by segment).
+
+    Args:
+        stream: two people.
+    """
+    a, b = stream.players
+    model = build_scene(SceneSettings((a.body, b.body)))
+    bodies = scene_bodies(model)
+    owner, segment = geom_owners(model, bodies)
+    data = mujoco.MjData(model)
+    keys, depths = [], []
+    for frame in range(len(stream)):
+        place(model, data, bodies, (a.qpos[frame], b.qpos[frame]))
+        if not data.ncon:
+            continue
+        found = between_bodies(data.contact.geom, owner) & (data.contact.dist < 0)
+        if not found.any():
+            continue
+        geoms = data.contact.geom[found]
+        swapped = owner[geoms[:, 0]] == 1
+        pairs = segment[np.where(swapped[:, None], geoms[:, ::-1], geoms)]
+        keys.append((frame * len(BODIES) + pairs[:, 0]) * len(BODIES) + pairs[:, 1])
+        depths.append(-data.contact.dist[found])
+    if not keys:
+        return Overlaps(len(stream), np.empty(0, np.int64), np.empty((0, 2), np.int64), np.empty(0))
+    rows, where = np.unique(np.concatenate(keys), return_inverse=True)
+    depth = np.zeros(len(rows))
+    np.maximum.at(depth, where, np.concatenate(depths))
+    frames, rest = np.divmod(rows.astype(np.int64), len(BODIES) ** 2)
+    return Overlaps(len(stream), frames, np.stack(np.divmod(rest, len(BODIES)), axis=1), depth)
+
+
+def recorded_contacts(contacts: Sequence[BodyContact], frames: int, fps: float) -> Overlaps:
+    """Contacts that a simulation recorded, on the frames of a fight; none is too short to be on one.
+
+    Args:
+        contacts: of the run.
+        frames: of the fight, as far as it was simulated.
+        fps: its frames per second [1/s].
+    """
+    rows = []
+    for one in contacts:
+        first, last = (min(int(fps * time), frames - 1) for time in (one.start_s, one.start_s + one.duration_s))
+        pair = BODIES.index(one.parts[0]), BODIES.index(one.parts[1])
+        rows += [(frame, *pair, one.depth) for frame in range(first, last + 1)]
+    table = np.array(sorted(rows), dtype=np.float64).reshape(-1, 4)
+    return Overlaps(frames, table[:, 0].astype(np.int64), table[:, 1:3].astype(np.int64), table[:, 3])
+
+
+def count_hits(found: Overlaps, stream: DuelStream, table: IntArray, codes: IntArray, grace_s: float = 0.0) -> Hits:
+    """Hits, by attacks: of poses (`overlaps`), where nothing stops a limb, or of a simulation (`recorded_contacts`).
+
+    With which segments attacks strike is as in `simprep.duel.fight.hits`, which judges contacts one by one: hand and
+    forearm, foot and shank. An attack *lands* if between its first frame and that in which the attacker's next action
+    begins a striking segment touches the opponent: `intended` on trunk, head or legs, `blocked` on arms alone. An attack lands once; a double
+    strike is one or two attacks, as it was labelled. Contacts are counted by pairs of trunk, arms and legs, those less than
+    0.1 s apart as one; those no frame of which an attack meant are `unintended`.
+
+    Args:
+        found: what touches.
+        stream: two people.
+        table: (S, 4) player, first frame, frame after the last, clip.
+        codes: (S,) label codes.
+        grace_s: an attack may land this much after its end [s]; `hits.GRACE_S` for simulated limbs, which come a little late.
+
+    Raises:
+        MotionError: not the table of this stream.
+    """
+    table = np.asarray(table, dtype=np.int64)
+    check_table(table, codes, stream.bounds)
+    intended = blocked = unintended = 0
+    meant = np.zeros(len(found.frame), dtype=bool)
+    for aspect in ATTACKING_QUALIFIERS:
+        for player, start, end, clip in table[limb_attacks(codes, aspect)]:
+            last = min(end + round(grace_s * stream.fps), stream.bounds[clip, 1] - 1)
+            rows = slice(*np.searchsorted(found.frame, [start, last + 1]))
+            strikes = np.isin(found.segments[rows, player], STRIKING[aspect])
+            arms = np.isin(found.segments[rows, 1 - player], ARM_SEGMENTS)
+            intended += bool((strikes & ~arms).any())
+            blocked += bool(strikes.any() and arms[strikes].all())
+            meant[rows] |= strikes
+    gap, groups = round(GAP_S * stream.fps), GROUP_OF[found.segments]
+    for pair in np.unique(groups, axis=0):
+        own = (groups == pair).all(axis=1)
+        touching, wanted = np.zeros((2, found.frames), dtype=bool)
+        touching[found.frame[own]] = True
+        wanted[found.frame[own & meant]] = True
+        for first, after in stream.bounds:
+            unintended += _contacts(touching[first:after], wanted[first:after], gap)
+    return Hits(intended, unintended, blocked)
+
+
+def _contacts(touching: NDArray[np.bool_], meant: NDArray[np.bool_], gap: int) -> int:
+    """Number of contacts without a frame in which an attack meant them."""
+    runs: list[tuple[int, int]] = []
+    for first, after in stances(touching):
+        if runs and first - runs[-1][1] < gap:
+            runs[-1] = (runs[-1][0], after)
+        else:
+            runs.append((first, after))
+    return sum(not meant[first:after].any() for first, after in runs)

@@ -1,0 +1,196 @@
+"""Who attacks, and how much of it is answered: from the table of actions and their labels alone."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, LEARNED_ASPECTS, OTHERS, QUALIFIERS, decode
+from simprep.errors import MotionError
+
+ANSWER_S = 0.5
+"""Time from the beginning of an attack within which an answer must begin [s]."""
+SHIFTS = 40
+"""By how many shifts in time the level of chance is estimated."""
+LEAST_SHIFT_S = 2.0
+"""A smaller shift might leave parts of the answers where they were [s]."""
+
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Reactions:
+    """Attacks and their answers; pairs are player A and player B.
+
+    Attributes:
+        attacks_per_min: attacks that each player begins per minute [1/min].
+        attacks: number of attacks that count: those of which the time for an answer lies within the clip.
+        answered_share: share of them that are answered; NaN without any.
+        answered_by: the same of the attacks on A, and on B.
+        chance_share: share that would be answered by coincidence.
+        delay_s: median time from the beginning of an answered attack to that of its answer [s]; NaN without any.
+    """
+
+    attacks_per_min: tuple[float, float]
+    attacks: int
+    answered_share: float
+    answered_by: tuple[float, float]
+    chance_share: float
+    delay_s: float
+
+
+def attacking(codes: IntArray) -> BoolArray:
+    """Whether an action brings a fist or foot towards the opponent.
+
+    Args:
+        codes: (S,) label codes.
+
+    Returns:
+        (S,).
+    """
+    return np.asarray(np.stack([limb_attacks(codes, aspect) for aspect in ATTACKING_QUALIFIERS]).any(axis=0))
+
+
+def limb_attacks(codes: IntArray, aspect: str) -> BoolArray:
+    """Whether an action is an attack of one limb.
+
+    Args:
+        codes: (S,) label codes.
+        aspect: the limb's, one of `ATTACKING_QUALIFIERS`.
+
+    Returns:
+        (S,).
+    """
+    chosen = decode(codes)[..., LEARNED_ASPECTS.index(aspect)]
+    return np.isin(chosen, [QUALIFIERS[aspect].index(name) for name in ATTACKING_QUALIFIERS[aspect]])
+
+
+def neutral(codes: IntArray) -> BoolArray:
+    """Whether an action is neither punch nor kick nor jump, nor the way back of one: a defence, a step, a guard.
+
+    Args:
+        codes: (S,) label codes.
+
+    Returns:
+        (S,).
+    """
+    nothing = [QUALIFIERS[aspect].index(OTHERS) for aspect in LEARNED_ASPECTS]
+    return np.asarray((decode(codes)[..., : len(LEARNED_ASPECTS)] == nothing).all(axis=-1))
+
+
+def reactions(table: IntArray, codes: IntArray, bounds: NDArray[np.integer], fps: float) -> Reactions:
+    """Attacks per minute, and the share that is answered by a fitting reaction within 0.5 s.
+
+    An *attack* is an action by whose label a fist or foot goes to the opponent, so one that repeats at once is two. It
+    is *answered* if the opponent begins a *fitting* action in one of the frames
+
+        start + 1 ... min(start + 0.5 s, end),
+
+    with start the attack's first frame and end the frame in which the attacker's next action begins: what was under way
+    in the last frame before an action is what the action reacts to (the rule for `react`). The frame `start` itself is
+    no answer, since both then chose at once. Fitting are neutral actions and attacks (`Truth.fitting` of the built-in
+    examples), not a limb on its way back, a landing or a jump. One action may answer two attacks.
+
+    Limits: neutral footwork that merely happens to begin then counts too, which labels cannot tell from a block. So
+    random fighters score as well, and `chance_share` says how much: the share answered when the opponent's actions
+    are shifted in time around the clip, against the attacks that stay; mean of 40 even shifts of at least 2 s. It keeps
+    how often each fighter begins a fitting action, and only undoes who does what when. Whoever begins more actions has a
+    higher level of chance; what coupling adds is the difference.
+
+    Args:
+        table: (S, 4) player, first frame, frame after the last, clip.
+        codes: (S,) label codes.
+        bounds: (clips, 2) first frame of every clip and the frame after its last.
+        fps: frames per second [1/s].
+
+    Raises:
+        MotionError: table and codes of different lengths, or not the table of these clips.
+    """
+    table, codes = np.asarray(table, dtype=np.int64), np.asarray(codes, dtype=np.int64)
+    check_table(table, codes, bounds)
+    attack = attacking(codes)
+    fitting = attack | neutral(codes)
+    minutes = float(np.sum(np.diff(bounds, axis=1) - 1)) / fps / 60
+    per_minute = [float(np.sum(attack & (table[:, 0] == player)) / minutes) for player in (0, 1)]
+    hits, chance, delays, on = [], [], [], []
+    for clip, (first, after) in enumerate(bounds):
+        for player in (0, 1):
+            inside = table[:, 3] == clip
+            rows = np.flatnonzero(inside & attack & (table[:, 0] == player))
+            start = table[rows, 1]
+            last = np.minimum(start + round(ANSWER_S * fps), table[rows, 2])
+            start, last = start[last < after], last[last < after]
+            begun = np.sort(table[inside & fitting & (table[:, 0] != player), 1])
+            begun = begun[begun > first]  # whoever begins with the clip does not answer
+            answered, delay = _answers(start, last)(begun)
+            hits.append(answered)
+            delays.append(delay / fps)
+            on.append(np.full(len(start), 1 - player))
+            chance.append(_chance(start, last, begun, int(first), int(after), fps))
+    answered, struck = np.concatenate(hits), np.concatenate(on)
+    known = np.concatenate(delays)
+    return Reactions(
+        (per_minute[0], per_minute[1]),
+        len(answered),
+        _mean(answered),
+        (_mean(answered[struck == 0]), _mean(answered[struck == 1])),
+        _mean(np.concatenate(chance)),
+        float(np.median(known)) if len(known) else float("nan"),
+    )
+
+
+def check_table(table: IntArray, codes: IntArray, bounds: NDArray[np.integer]) -> None:
+    """Refuse a table of actions that is not one of these clips.
+
+    Args:
+        table: (S, 4) player, first frame, frame after the last, clip.
+        codes: (S,) label codes.
+        bounds: (clips, 2) first frame of every clip and the frame after its last.
+
+    Raises:
+        MotionError: wrong shapes, players, clips, or actions beyond their clip.
+    """
+    if table.ndim != 2 or table.shape[1] != 4 or codes.shape != table.shape[:1]:
+        raise MotionError(f"table of actions {table.shape} with {codes.shape} labels; valid: (S, 4) and (S,)")
+    player, start, end, clip = table.T
+    bad = ~np.isin(player, (0, 1)) | (clip < 0) | (clip >= len(bounds)) | (end <= start)
+    if not bad.any():
+        bad = (start < bounds[clip, 0]) | (end > bounds[clip, 1])
+    if bad.any():
+        raise MotionError(
+            f"action {[int(value) for value in table[int(np.argmax(bad))]]} is not one of {len(bounds)} clips"
+        )
+
+
+def _answers(start: IntArray, last: IntArray) -> Callable[[IntArray], tuple[BoolArray, IntArray]]:
+    """Which attacks are answered by actions that begin at given rising frames, and after how many frames."""
+
+    def found(begun: IntArray) -> tuple[BoolArray, IntArray]:
+        if not len(begun):
+            return np.zeros(len(start), dtype=bool), np.empty(0, dtype=np.int64)
+        place = np.searchsorted(begun, start, side="right")
+        frame = begun[np.minimum(place, len(begun) - 1)]
+        answered = (place < len(begun)) & (frame <= last)
+        return answered, (frame - start)[answered]
+
+    return found
+
+
+def _chance(
+    start: IntArray, last: IntArray, begun: IntArray, first: int, after: int, fps: float
+) -> NDArray[np.float64]:
+    """Share of the shifts at which each attack is answered; none where the clip is too short to shift."""
+    length, least = after - first, round(LEAST_SHIFT_S * fps)
+    if length < 3 * least:
+        return np.empty(0)
+    answers = _answers(start, last)
+    total = np.zeros(len(start))
+    for shift in np.linspace(least, length - least, SHIFTS).astype(np.int64):
+        total += answers(np.sort(first + (begun - first + shift) % length))[0]
+    return total / SHIFTS
+
+
+def _mean(values: NDArray[np.bool_] | NDArray[np.float64]) -> float:
+    return float(np.mean(values)) if len(values) else float("nan")

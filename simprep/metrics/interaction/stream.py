@@ -1,0 +1,279 @@
+"""How two people fight: one set of numbers for recorded streams, synthesised and simulated fights.
+
+What is counted how stands with each part: `reactions`, `overlap`, `stability`, `distributions`, `stitches`.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.labels.segmentation import stream_kinematics
+from simprep.duel.stream.stream import DuelStream, facing_error, root_distance
+from simprep.errors import SettingError
+from simprep.humanoid import BODIES
+from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, stance_drift
+from simprep.metrics.interaction.distributions import Distributions, distributions, js_distances
+from simprep.metrics.interaction.overlap import Hits, count_hits, overlaps
+from simprep.metrics.interaction.reactions import Reactions, check_table, reactions
+from simprep.metrics.interaction.stability import Stability, stability
+from simprep.metrics.tracking import position_errors
+from simprep.motion.edit import cut, yaw
+from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.motion import Motion
+from simprep.motion.rotations import wrap_angle
+from simprep.physics.run import FELL
+
+SKATE_MM = 10.0
+"""A stance that slips farther skates [mm]."""
+
+HEAD = BODIES.index("head")
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Depths:
+    """Overlap over time.
+
+    Attributes:
+        mean_mm: mean over all frames, those without overlap as 0 [mm].
+        mean_inside_mm: mean over the frames with overlap; 0 without any [mm].
+        max_mm: deepest [mm].
+        share: of frames with overlap.
+    """
+
+    mean_mm: float
+    mean_inside_mm: float
+    max_mm: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Percentiles:
+    """Spread of a quantity over frames, in its own unit.
+
+    Attributes:
+        p5: 5th percentile.
+        median: 50th.
+        p90: 90th.
+        p95: 95th.
+    """
+
+    p5: float
+    median: float
+    p90: float
+    p95: float
+
+
+@dataclass(frozen=True)
+class Feet:
+    """Slip of standing feet, both fighters: path length (`simprep.metrics.contact.foot_slip`) and net way (`stance_drift`).
+
+    Measurement noise in the joints adds to the path length without any bound; of noisy motions read the drift.
+
+    Attributes:
+        mm_per_stance: mean [mm].
+        p95_mm: 95th percentile of the stances [mm].
+        max_mm: worst stance [mm].
+        skating_share: share of the stances that slip more than 10 mm.
+        stances: how many.
+        m_s: slip of both feet per second of a fight, both fighters together [m/s].
+        drift_mm: mean net way of a stance [mm].
+        drift_p95_mm: 95th percentile of the stances [mm].
+        drift_max_mm: worst stance [mm].
+    """
+
+    mm_per_stance: float
+    p95_mm: float
+    max_mm: float
+    skating_share: float
+    stances: int
+    m_s: float
+    drift_mm: float
+    drift_p95_mm: float
+    drift_max_mm: float
+
+
+@dataclass(frozen=True)
+class InteractionMetrics:
+    """Numbers of a fight.
+
+    Attributes:
+        duration_s: length without what passed between clips [s].
+        penetration: between the fighters' colliding geoms.
+        ground_penetration: of the deeper fighter into the floor.
+        feet: slip.
+        facing_error_deg: size of the angle from the pelvis' heading to the other's root, both fighters [deg]. A bladed stance
+            turns the pelvis away on purpose.
+        head_facing_error_deg: the same of the head: who looks at whom.
+        distance_m: of the roots, horizontal [m].
+        reactions: attacks per minute and how many are answered.
+        hits: attacks that land, by poses alone.
+        stability: tilt of pelvis and trunk.
+        g_mpjpe_mm: mean distance of the 17 bodies from a reference [mm]; NaN without one.
+        mpjpe_mm: the same after subtracting each root's position [mm].
+        js: Jensen-Shannon distances to a recorded stream (`simprep.metrics.interaction.distributions.KINDS`); empty without one.
+    """
+
+    duration_s: float
+    penetration: Depths
+    ground_penetration: Depths
+    feet: Feet
+    facing_error_deg: Percentiles
+    head_facing_error_deg: Percentiles
+    distance_m: Percentiles
+    reactions: Reactions
+    hits: Hits
+    stability: Stability
+    g_mpjpe_mm: float
+    mpjpe_mm: float
+    js: dict[str, float]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Nested dictionary for JSON: None where a number does not exist."""
+        return {key: plain(value) for key, value in asdict(self).items()}
+
+
+def interaction_metrics(
+    stream: DuelStream,
+    table: IntArray,
+    codes: IntArray,
+    recorded: Distributions | None = None,
+    reference: DuelStream | None = None,
+) -> InteractionMetrics:
+    """Metrics of two people, recorded, synthesised or simulated.
+
+    Args:
+        stream: both motions; of a simulated fight the simulated ones, with the contacts measured.
+        table: (S, 4) player, first frame, frame after the last, clip, as of `Cuts.table` or `Fight.table`.
+        codes: (S,) label codes of the actions.
+        recorded: what to compare labels, distances and facings with (`simprep.metrics.interaction.distributions.distributions`).
+        reference: what the stream should have been, frame by frame (it may go on longer): for MPJPE.
+
+    Raises:
+        MotionError: a table that is not this stream's.
+        SettingError: a reference with another frame rate, or shorter than the stream.
+    """
+    table, codes = np.asarray(table, dtype=np.int64), np.asarray(codes, dtype=np.int64)
+    check_table(table, codes, stream.bounds)
+    bodies = stream_kinematics(stream)
+    inside = overlaps(stream)
+    floor = np.max([floor_penetration(motion) for motion in stream.players], axis=0)
+    errors = _errors(stream, reference, [one.xpos for one in bodies])
+    facing = facing_error(stream)
+    pelvis, head = (np.stack([yaw(one.xquat[:, part]) for one in bodies], axis=1) for part in (0, HEAD))
+    return InteractionMetrics(
+        duration_s=stream.duration,
+        penetration=depths(inside.deepest),
+        ground_penetration=depths(floor),
+        feet=_feet(stream),
+        facing_error_deg=percentiles(np.degrees(np.abs(facing))),
+        head_facing_error_deg=percentiles(np.degrees(np.abs(wrap_angle(facing + pelvis - head)))),
+        distance_m=percentiles(root_distance(stream)),
+        reactions=reactions(table, codes, stream.bounds, stream.fps),
+        hits=count_hits(inside, stream, table, codes),
+        stability=stability([one.xquat for one in bodies], stream.bounds, stream.fps),
+        g_mpjpe_mm=errors.get("g_mpjpe_mm", math.nan),
+        mpjpe_mm=errors.get("mpjpe_mm", math.nan),
+        js={} if recorded is None else js_distances(distributions(stream, table, codes), recorded),
+    )
+
+
+def falls_per_minute(ends: Sequence[tuple[str, float]]) -> float:
+    """Falls per simulated minute of several bouts, of which each ends with its first fall.
+
+    Args:
+        ends: (end, end_s) of each bout: `done`, `fell` or `diverged`, and its simulated time [s]. A bout that diverged
+            adds its time and no fall; report it beside.
+
+    Returns:
+        [1/min]; NaN if nothing was simulated.
+    """
+    seconds = sum(end_s for _, end_s in ends)
+    return 60 * sum(end == FELL for end, _ in ends) / seconds if seconds > 0 else math.nan
+
+
+def depths(depth: FloatArray) -> Depths:
+    """Summary of a depth (T,) over time [m], 0 where there is no overlap; NaN without any frame."""
+    if not len(depth):
+        return Depths(*[math.nan] * 4)
+    inside = depth[depth > 0]
+    return Depths(
+        1e3 * float(depth.mean()),
+        1e3 * float(inside.mean()) if len(inside) else 0.0,
+        1e3 * float(depth.max()),
+        len(inside) / len(depth),
+    )
+
+
+def percentiles(values: FloatArray) -> Percentiles:
+    """Spread of values of any shape."""
+    return Percentiles(*(float(value) for value in np.percentile(values, (5, 50, 90, 95))))
+
+
+def stream_slip(stream: DuelStream) -> FootSlip:
+    """Slip of both fighters' feet, clip by clip (`foot_slip`); the duration is that of both together."""
+    parts = [foot_slip(clip) for clip in _clips(stream)]
+    return FootSlip(
+        sum(part.travel_m for part in parts),
+        sum(part.contact_s for part in parts),
+        sum(part.duration_s for part in parts),
+        sum(part.stance_count for part in parts),
+        tuple(one for part in parts for one in part.stance_travel_m),
+    )
+
+
+def _clips(stream: DuelStream) -> list[Motion]:
+    return [
+        cut(motion, int(first), int(after))
+        for motion in stream.players
+        for first, after in stream.bounds
+        if after - first > 1
+    ]
+
+
+def _feet(stream: DuelStream) -> Feet:
+    slip = stream_slip(stream)
+    travel = 1e3 * np.array(slip.stance_travel_m)
+    drift = 1e3 * np.concatenate([stance_drift(clip) for clip in _clips(stream)])
+    return Feet(
+        *_mean_p95_max(travel),
+        float(np.mean(travel > SKATE_MM)) if len(travel) else math.nan,
+        len(travel),
+        slip.travel_m / (slip.duration_s / 2),
+        *_mean_p95_max(drift),
+    )
+
+
+def _mean_p95_max(values: FloatArray) -> tuple[float, float, float]:
+    if not len(values):
+        return math.nan, math.nan, math.nan
+    return float(values.mean()), float(np.percentile(values, 95)), float(values.max())
+
+
+def _errors(stream: DuelStream, reference: DuelStream | None, simulated: Sequence[FloatArray]) -> dict[str, float]:
+    if reference is None:
+        return {}
+    if reference.fps != stream.fps or len(reference) < len(stream):
+        raise SettingError(
+            f"reference of {len(reference)} frames at {reference.fps:g} 1/s for a stream of {len(stream)} at "
+            f"{stream.fps:g} 1/s; valid: equal rates, and at least as many frames"
+        )
+    wanted = [forward_kinematics(motion.qpos[: len(stream)], motion.body).xpos for motion in reference.players]
+    return position_errors(np.concatenate(simulated), np.concatenate(wanted))
+
+
+def plain(value: Any) -> Any:
+    """A value for JSON: None for numbers that are not finite, lists for tuples, inside dictionaries too."""
+    if isinstance(value, dict):
+        return {key: plain(one) for key, one in value.items()}
+    if isinstance(value, tuple | list):
+        return [plain(one) for one in value]
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    return value

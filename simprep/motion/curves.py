@@ -1,0 +1,83 @@
+"""Curves through key values in time: smooth to the second derivative, so accelerations have no jumps."""
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import BPoly, pchip_interpolate
+
+Curve = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+"""Times (T,) [s] to values (T,) or (T, n)."""
+
+
+def minimum_jerk(share: ArrayLike) -> NDArray[np.float64]:
+    """Minimum-jerk step from 0 to 1 (Flash & Hogan 1985, J Neurosci 5:1688, eq. for rest-to-rest reaching).
+
+    Args:
+        share: elapsed share of the movement; clipped to [0, 1].
+    """
+    s = np.clip(np.asarray(share, dtype=np.float64), 0.0, 1.0)
+    return np.asarray(s**3 * (10 - 15 * s + 6 * s * s))
+
+
+def smooth_step(share: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Cubic step from 0 to 1, at rest at both ends: for weights, where accelerations do not matter.
+
+    Args:
+        share: (...) of the way, 0 to 1.
+    """
+    return np.asarray(share * share * (3 - 2 * share))
+
+
+def dying_away(
+    share: NDArray[np.float64], value: NDArray[np.float64] | float, slope: NDArray[np.float64] | float
+) -> NDArray[np.float64]:
+    """Cubic curve from a value and a slope to 0, where it comes to rest (Hermite).
+
+    Args:
+        share: (...) of the way, 0 to 1.
+        value: at 0.
+        slope: at 0, per whole way.
+    """
+    return np.asarray(value * (1 + 2 * share) * (1 - share) ** 2 + slope * share * (1 - share) ** 2)
+
+
+def key_curve(times: Sequence[float], values: ArrayLike, period: float | None = None) -> Curve:
+    """Quintic curve through key values: monotone-preserving slopes (PCHIP), zero acceleration at the keys.
+
+    The curve rests at local extremes and at both ends, and between two resting keys is the minimum-jerk step.
+
+    Args:
+        times: (K,) increasing key times [s].
+        values: (K,) or (K, n) key values.
+        period: repeat with this period [s]; the keys then span one period without its end.
+
+    Returns:
+        Function of times; outside the keys it holds the end values.
+    """
+    t = np.asarray(times, dtype=np.float64)
+    v = np.asarray(values, dtype=np.float64)
+    if period is not None:
+        t = np.concatenate([t - period, t, t + period, [t[0] + 2 * period]])
+        v = np.concatenate([v, v, v, v[:1]])
+    slope = pchip_interpolate(t, v, t, der=1)
+    if period is None:
+        slope[[0, -1]] = 0.0
+    spline = BPoly.from_derivatives(t, np.stack([v, slope, np.zeros_like(v)], axis=1))
+    first, last = t[0], t[-1]
+
+    def evaluate(at: NDArray[np.float64]) -> NDArray[np.float64]:
+        at = np.asarray(at, dtype=np.float64)
+        inside = np.mod(at, period) if period is not None else np.clip(at, first, last)
+        return np.asarray(spline(inside))
+
+    return evaluate
+
+
+def constant(value: float = 0.0) -> Curve:
+    """The curve that always has one value.
+
+    Args:
+        value: the value.
+    """
+    return lambda at: np.full(np.shape(at), value)

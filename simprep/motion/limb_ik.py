@@ -1,0 +1,154 @@
+"""Inverse kinematics of a leg in closed form: pelvis and foot pose in, six hinge angles out, all frames at once.
+
+The leg has six hinges (hip flexion, abduction, rotation; knee; ankle dorsiflexion, inversion) for the six degrees of
+freedom of the foot, so the pose determines them: the knee angle follows from the hip-ankle distance, and the knee axis is
+normal to both the hip-ankle line and the foot's long axis, because the ankle inverts about the latter (Kajita et al. 2014,
+Introduction to Humanoid Robotics, section 2.5.2, for this model's axis order). No iteration means no dependence on the
+frame before: the result is as smooth as what it follows, and a stance foot is still to rounding. Both legs of a frame
+take about 10 microseconds; an iteration of a general solver (mink with daqp) was measured at 500.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.humanoid import DEFAULT_BODY, FOOT_GEOMS, LEG_JOINTS, SIDES, Body, hinge_index, humanoid_model
+from simprep.motion.rotations import axis_rotation
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Leg:
+    """Constants of one leg, from the model.
+
+    Attributes:
+        hinges: (6,) hinge indices in the order of `LEG_JOINTS`.
+        hip: (3,) hip centre in the pelvis frame [m].
+        thigh: length from hip to knee [m].
+        shank: length from knee to ankle [m].
+        sign: (6,) +1 or -1: hinge axis against the positive y, x, z, y, y, x axis.
+        low: (6,) lower limits [rad].
+        high: (6,) upper limits [rad].
+        points: (4, 3) centres of the foot spheres in the foot frame [m].
+        radii: (4,) of the spheres [m].
+    """
+
+    hinges: NDArray[np.intp]
+    hip: Array
+    thigh: float
+    shank: float
+    sign: Array
+    low: Array
+    high: Array
+    points: Array
+    radii: Array
+
+
+_AXES = (1, 0, 2, 1, 1, 0)
+
+
+@lru_cache(maxsize=16)
+def legs(body: Body = DEFAULT_BODY) -> tuple[Leg, Leg]:
+    """Left and right leg of a body."""
+    model = humanoid_model(body)
+    found = []
+    for side in SIDES:
+        joints = [model.joint(f"{side}_{name}") for name in LEG_JOINTS]
+        geoms = [model.geom(f"{side}_{part}") for part in FOOT_GEOMS]
+        found.append(
+            Leg(
+                hinges=np.array([hinge_index(f"{side}_{name}") for name in LEG_JOINTS], dtype=np.intp),
+                hip=np.array(model.body(f"{side}_thigh").pos),
+                thigh=float(-model.body(f"{side}_shank").pos[2]),
+                shank=float(-model.body(f"{side}_foot").pos[2]),
+                sign=np.array([joint.axis[axis] for joint, axis in zip(joints, _AXES)]),
+                low=np.array([joint.range[0] for joint in joints]),
+                high=np.array([joint.range[1] for joint in joints]),
+                points=np.array([geom.pos for geom in geoms]),
+                radii=np.array([geom.size[0] for geom in geoms]),
+            )
+        )
+    return found[0], found[1]
+
+
+def two_bar_bend(distance: Array, a: float, b: float) -> Array:
+    """Bend (0 = straight) of a two-bar linkage that spans a distance; straight where it is out of reach [rad].
+
+    Args:
+        distance: (...) between its ends [m].
+        a: length of one bar [m].
+        b: of the other [m].
+    """
+    return np.asarray(np.arccos(np.clip((distance**2 - a * a - b * b) / (2 * a * b), -1.0, 1.0)))
+
+
+def ball_joint_angles(rotation: Array) -> Array:
+    """Angles (..., 3) about y, x and z, in this order from the parent on, of a hip or shoulder.
+
+    Args:
+        rotation: (..., 3, 3) of the child in its parent, R = Ry Rx Rz.
+    """
+    about_y = np.arctan2(rotation[..., 0, 2], rotation[..., 2, 2])
+    about_x = np.arcsin(np.clip(-rotation[..., 1, 2], -1.0, 1.0))
+    about_z = np.arctan2(rotation[..., 1, 0], rotation[..., 1, 1])
+    return np.stack([about_y, about_x, about_z], axis=-1)
+
+
+def solve_leg(
+    leg: Leg,
+    pelvis: Array,
+    pelvis_rotation: Array,
+    ankle: Array,
+    foot_rotation: Array,
+    knee_axis: Array | None = None,
+    steep: float = 0.0,
+) -> Array:
+    """Hinge angles that put the foot where it should be; a leg that is too short stays straight and points at it.
+
+    Args:
+        leg: constants of the leg.
+        pelvis: (T, 3) pelvis origin, world [m].
+        pelvis_rotation: (T, 3, 3).
+        ankle: (T, 3) wanted origin of the foot, world [m].
+        foot_rotation: (T, 3, 3) wanted orientation of the foot.
+        knee_axis: (T, 3) about where the knee axis (y of the shank) points, world: tells the two solutions apart. None:
+            where y of the foot points, so that the ankle inverts by less than 90 degrees.
+        steep: where the sine of the angle between foot and leg is less than this, the knee axis tends to `knee_axis`, and
+            the foot turns with it: a foot in line with its leg says nothing about where the knee points.
+
+    Returns:
+        (T, 6) hinge angles in the order of `LEG_JOINTS` [rad], whatever their limits.
+    """
+    line = np.einsum("tji,tj->ti", pelvis_rotation, ankle - pelvis) - leg.hip  # in the pelvis frame
+    foot = np.einsum("tji,tjk->tik", pelvis_rotation, foot_rotation)
+    distance = np.maximum(np.linalg.norm(line, axis=1), 1e-9)
+    a, b = leg.thigh, leg.shank
+    knee = two_bar_bend(distance, a, b)
+    down = line / distance[:, None]
+    toe = foot[:, :, 0]
+    axis = np.cross(toe, down)
+    hint = foot[:, :, 1].copy() if knee_axis is None else np.einsum("tji,tj->ti", pelvis_rotation, knee_axis)
+    axis *= np.where((axis * hint).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
+    length = np.linalg.norm(axis, axis=1, keepdims=True)
+    axis /= np.maximum(length, 1e-9)
+    hint -= (hint * down).sum(axis=1, keepdims=True) * down
+    hint /= np.maximum(np.linalg.norm(hint, axis=1, keepdims=True), 1e-9)
+    axis = np.where(length < 1e-9, hint, axis)  # a foot in line with its leg
+    if steep > 0:
+        share = np.maximum(1 - (length / steep) ** 2, 0.0) ** 2
+        axis += share * (hint - axis)
+        axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)
+    forward = np.cross(down, axis)
+    # thigh's angle before the hip-ankle line, in the leg's plane
+    lean = np.arctan2(b * np.sin(knee), a + b * np.cos(knee))
+    thigh_down = np.cos(lean)[:, None] * down + np.sin(lean)[:, None] * forward
+    thigh = np.stack([np.cross(axis, -thigh_down), axis, -thigh_down], axis=-1)  # columns x, y, z
+    hip = ball_joint_angles(thigh)
+    # knee about y, then ankle: R = Ry(d) Rx(i)
+    ankle_rotation = np.einsum("tji,tjk->tik", thigh @ axis_rotation("y", knee), foot)
+    dorsiflexion = np.arctan2(-ankle_rotation[:, 2, 0], ankle_rotation[:, 0, 0])
+    inversion = np.arctan2(-ankle_rotation[:, 1, 2], ankle_rotation[:, 1, 1])
+    return np.column_stack([hip, knee, dorsiflexion, inversion]) * leg.sign

@@ -1,0 +1,97 @@
+"""How deep bodies are in each other: among the contacts of a state, and frame by frame from poses alone."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import Any
+
+import mujoco
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from simprep.errors import MotionError
+from simprep.humanoid import Body
+from simprep.physics.bodies import IntArray, SceneBody, geom_owners, scene_bodies
+from simprep.scene import SceneSettings, build_scene
+
+FloatArray = NDArray[np.float64]
+
+
+def between_bodies(contact_geoms: NDArray[Any], owner: IntArray) -> NDArray[np.bool_]:
+    """Which contacts are between two different bodies.
+
+    Args:
+        contact_geoms: (ncon, 2) `data.contact.geom`.
+        owner: (ngeom,) of `simprep.physics.bodies.geom_owners`.
+
+    Returns:
+        (ncon,).
+    """
+    owners = owner[contact_geoms]
+    return np.asarray((owners[:, 0] != owners[:, 1]) & (owners >= 0).all(axis=1))
+
+
+def deepest_overlap(data: mujoco.MjData, owner: IntArray) -> float:
+    """Depth of the deepest overlap between two bodies among the present contacts [m], 0 or more.
+
+    Args:
+        data: after collision detection.
+        owner: (ngeom,) of `simprep.physics.bodies.geom_owners`.
+    """
+    if not data.ncon:
+        return 0.0
+    distance = data.contact.dist[between_bodies(data.contact.geom, owner)]
+    return max(0.0, -float(distance.min())) if len(distance) else 0.0
+
+
+def place(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[SceneBody], poses: Sequence[FloatArray]) -> None:
+    """Put every body into a pose and find the contacts; velocities and forces are left alone.
+
+    Args:
+        model: of the scene.
+        data: of the model; its state is changed.
+        bodies: of the scene.
+        poses: qpos of each.
+    """
+    for body, pose in zip(bodies, poses, strict=True):
+        data.qpos[body.qpos] = pose
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_collision(model, data)
+
+
+def overlap_of_poses(poses: Sequence[ArrayLike], bodies: Sequence[Body]) -> FloatArray:
+    """Depth of the deepest overlap between geoms of two different bodies in every frame.
+
+    The geoms are those that collide in simulation; the depth of two capsules is the sum of their radii less the distance
+    of their axes.
+
+    Args:
+        poses: (T, nq) of each body at the same times.
+        bodies: who they are.
+
+    Returns:
+        (T,) [m], 0 where none overlap.
+
+    Raises:
+        MotionError: not the same number of frames for each body, or not poses of it.
+    """
+    each = [np.asarray(one, dtype=np.float64) for one in poses]
+    model, layout, owner = _scene(tuple(bodies))
+    widths = [body.qpos.stop - body.qpos.start for body in layout]
+    if [one.shape for one in each] != [(len(each[0]), width) for width in widths]:
+        valid = ", ".join(f"(T, {width})" for width in widths)
+        raise MotionError(f"poses have shapes {', '.join(str(one.shape) for one in each)}; valid: {valid}")
+    depth = np.zeros(len(each[0]))
+    if len(each) == 1:
+        return depth
+    data = mujoco.MjData(model)
+    for frame in range(len(depth)):
+        place(model, data, layout, [one[frame] for one in each])
+        depth[frame] = deepest_overlap(data, owner)
+    return depth
+
+
+@lru_cache(maxsize=4)
+def _scene(bodies: tuple[Body, ...]) -> tuple[mujoco.MjModel, tuple[SceneBody, ...], IntArray]:
+    model = build_scene(SceneSettings(bodies))
+    layout = scene_bodies(model)
+    return model, layout, geom_owners(model, layout)[0]

@@ -1,0 +1,255 @@
+"""The cost that posture optimisation minimises, and its descent, one frame at a time (paper, section 5.3, Eq. 6-10).
+
+The cost is a sum of norms. Its gradient is analytic, through MuJoCo's body Jacobians. Each step goes along the gradient
+divided by the Gauss-Newton matrix of the norms (each norm replaced by the parabola that touches it from above), halved until
+the cost falls: still descent with at most 10 steps, but it gets to the optimum in them, which plain gradient descent does
+not.
+"""
+
+from dataclasses import dataclass
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dposv
+
+from simprep.humanoid import BODIES, DEFAULT_BODY, UPPER_BODY_HINGES, Body, humanoid_model
+from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
+
+Array = NDArray[np.float64]
+
+N_UPPER = len(UPPER_BODY_HINGES)
+UPPER_QPOS = slice(7, 7 + N_UPPER)
+"""Entries of a pose that the optimisation changes."""
+MOVED = tuple(i for i, name in enumerate(BODIES) if not name.endswith(("pelvis", "thigh", "shank", "foot")))
+"""Bodies that the upper-body hinges move, as indices into `BODIES`."""
+
+_UPPER_QVEL = slice(6, 6 + N_UPPER)
+_MOVED = np.array(MOVED)
+_FIXED = np.array([i for i in range(len(BODIES)) if i not in MOVED])
+_DIAGONAL = np.diag_indices(N_UPPER)
+_DAMPING = 1e-5  # keeps hinges that move no body centre (wrist, pronation) where they are
+_ENOUGH = 2e-3  # a step that gains less than this share of the reduction so far is the last
+
+
+@dataclass(frozen=True)
+class Costs:
+    """Cost terms of one posture (paper, Eq. 6-10), with smooth norms, as they are minimised.
+
+    Attributes:
+        balance: C_b, distance from the COM to the support centre, or where else it is wanted, on the floor [m].
+        style: C_s, mean distance of the body centres from the blended posture [m].
+        smoothness: C_m, mean second difference of the body centres [m per frame squared].
+        total: weighted sum, plus the joint term of `PreparationSettings.joint_weight`.
+    """
+
+    balance: float
+    style: float
+    smoothness: float
+    total: float
+
+
+@dataclass(frozen=True)
+class PostureFrame:
+    """What the cost of one frame is measured against (`PostureProblem.frame`).
+
+    Attributes:
+        qpos: (44,) blended posture.
+        hinges: (25,) its upper-body hinges [rad].
+        blended: (10, 3) its body centres, of the bodies that move [m].
+        com_fixed: (2,) part of the bodies that do not move in the COM on the floor [m].
+        centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
+        expected: (10, 3) body centres that continue the two frames before in a straight line [m]; None leaves out C_m.
+        fixed_smoothness: part of the bodies that do not move in the sum of C_m [m per frame squared].
+    """
+
+    qpos: Array
+    hinges: Array
+    blended: Array
+    com_fixed: Array
+    centre: Array | None
+    expected: Array | None
+    fixed_smoothness: float
+
+
+class PostureProblem:
+    """The cost of a frame (`frame`) as a function of the 25 upper-body hinges.
+
+    Args:
+        body: the humanoid.
+        settings: weights and the smoothing of the norms.
+    """
+
+    def __init__(self, body: Body = DEFAULT_BODY, settings: PreparationSettings = DEFAULT_SETTINGS) -> None:
+        self.model = humanoid_model(body)
+        self.data = mujoco.MjData(self.model)
+        self.settings = settings
+        self.low = self.model.jnt_range[1 : 1 + N_UPPER, 0].copy()
+        self.high = self.model.jnt_range[1 : 1 + N_UPPER, 1].copy()
+        mass = self.model.body_mass[1:]
+        self._share = mass / mass.sum()
+        self._moved_share = self._share[_MOVED]
+        self._jacobian = np.zeros((len(MOVED), 3, self.model.nv))
+        self._rows = [(int(i) + 1, self._jacobian[k]) for k, i in enumerate(MOVED)]
+        self._eps = settings.smooth_norm
+        self._qpos = self.data.qpos
+        self._hinges = self._qpos[UPPER_QPOS]
+        self._xipos = self.data.xipos
+
+    def frame(
+        self, qpos: Array, centre: Array | None, last: Array | None = None, before_last: Array | None = None
+    ) -> PostureFrame:
+        """A frame whose posture is to be optimised.
+
+        Args:
+            qpos: (44,) blended posture.
+            centre: (2,) support centre, or where else C_b wants the COM on the floor [m]; None leaves out C_b.
+            last: (17, 3) optimised body centres one frame earlier [m]; None leaves out C_m.
+            before_last: (17, 3) two frames earlier.
+        """
+        centres = self.centres_of(qpos)
+        expected: Array | None = None
+        fixed_smoothness = 0.0
+        if last is not None and before_last is not None:
+            straight_on = 2 * last - before_last
+            expected = straight_on[_MOVED]
+            fixed_smoothness = float(self._norm(centres[_FIXED] - straight_on[_FIXED]).sum())
+        return PostureFrame(
+            qpos=np.array(qpos),
+            hinges=np.array(qpos[UPPER_QPOS]),
+            blended=centres[_MOVED],
+            com_fixed=self._share[_FIXED] @ centres[_FIXED, :2],
+            centre=centre,
+            expected=expected,
+            fixed_smoothness=fixed_smoothness,
+        )
+
+    def _norm(self, difference: Array) -> Array:
+        return np.asarray(np.sqrt((difference * difference).sum(axis=-1) + self._eps**2) - self._eps)
+
+    def _pose(self, frame: PostureFrame, hinges: Array) -> None:
+        self._qpos[:] = frame.qpos
+        self._hinges[:] = hinges
+        mujoco.mj_kinematics(self.model, self.data)
+
+    def body_centres(self, frame: PostureFrame, hinges: Array) -> Array:
+        """Body centres (17, 3) of a frame with these upper-body hinges, world [m]."""
+        self._pose(frame, hinges)
+        return np.array(self._xipos[1:])
+
+    def centres_of(self, qpos: Array) -> Array:
+        """Body centres (17, 3) of a whole posture (44,)."""
+        self._qpos[:] = qpos
+        mujoco.mj_kinematics(self.model, self.data)
+        return np.array(self._xipos[1:])
+
+    def com_of(self, qpos: Array) -> Array:
+        """COM (2,) on the floor of a whole posture (44,) [m]."""
+        return np.asarray(self._share @ self.centres_of(qpos)[:, :2])
+
+    def com_jacobian(self, qpos: Array) -> Array:
+        """Jacobian (2, 25) of `com_of` by the upper-body hinges [m/rad]."""
+        self._qpos[:] = qpos
+        mujoco.mj_kinematics(self.model, self.data)
+        mujoco.mj_comPos(self.model, self.data)
+        jacobian = np.zeros((3, self.model.nv))
+        mujoco.mj_jacSubtreeCom(self.model, self.data, jacobian, 1)
+        return jacobian[:2, _UPPER_QVEL]
+
+    def costs(self, frame: PostureFrame, hinges: Array) -> Costs:
+        """Cost terms of a frame at (25,) hinges."""
+        self._pose(frame, hinges)
+        p = self._xipos[1 + _MOVED]
+        s = self.settings
+        n = len(BODIES)
+        balance = smoothness = 0.0
+        if frame.centre is not None:
+            balance = float(self._norm(frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre))
+        style = float(self._norm(p - frame.blended).sum()) / n
+        if frame.expected is not None:
+            smoothness = (float(self._norm(p - frame.expected).sum()) + frame.fixed_smoothness) / n
+        total = s.balance_weight * balance + s.style_weight * style + s.smoothness_weight * smoothness
+        change = hinges - frame.hinges
+        total += s.joint_weight / 2 * float(change @ change)
+        return Costs(balance, style, smoothness, total)
+
+    def gradient(self, frame: PostureFrame, hinges: Array) -> tuple[Array, Array]:
+        """Gradient of a frame's total cost and the Gauss-Newton matrix of its norms.
+
+        Args:
+            frame: the frame.
+            hinges: (25,) [rad].
+
+        Returns:
+            gradient: (25,) [m/rad].
+            curvature: (25, 25) positive semidefinite [m/rad^2].
+        """
+        model, data, s = self.model, self.data, self.settings
+        self._pose(frame, hinges)
+        mujoco.mj_comPos(model, data)
+        for body_id, out in self._rows:
+            mujoco.mj_jacBodyCom(model, data, out, None, body_id)
+        jacobian = self._jacobian[:, :, _UPPER_QVEL]  # (10, 3, 25)
+        p = self._xipos[1 + _MOVED]
+        eps2, n = self._eps**2, len(BODIES)
+        r = p - frame.blended
+        pull = s.style_weight / n / np.sqrt((r * r).sum(axis=1) + eps2)  # (10,)
+        force = pull[:, None] * r
+        if frame.expected is not None:
+            r = p - frame.expected
+            smooth = s.smoothness_weight / n / np.sqrt((r * r).sum(axis=1) + eps2)
+            force = force + smooth[:, None] * r
+            pull = pull + smooth
+        flat = jacobian.reshape(-1, N_UPPER)
+        gradient = force.ravel() @ flat
+        weighted = flat * np.repeat(np.sqrt(pull), 3)[:, None]
+        curvature = weighted.T @ weighted
+        gradient = gradient + s.joint_weight * (hinges - frame.hinges)
+        curvature[_DIAGONAL] += s.joint_weight
+        if frame.centre is not None:
+            r = frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre
+            scale = s.balance_weight / np.sqrt(r @ r + eps2)
+            com = np.tensordot(self._moved_share, jacobian[:, :2], axes=1)  # (2, 25)
+            gradient = gradient + scale * (r @ com)
+            curvature += scale * (com.T @ com)
+        return gradient, curvature
+
+    def minimise(self, frame: PostureFrame, start: Array) -> tuple[Array, int]:
+        """Descend from a posture, within the joint limits, in at most `settings.max_steps` steps.
+
+        Args:
+            frame: the frame.
+            start: (25,) hinges, within their limits.
+
+        Returns:
+            The hinges, of no higher cost than the start; and the steps taken.
+        """
+        hinges = start
+        first = cost = self.costs(frame, hinges).total
+        steps = 0
+        while steps < self.settings.max_steps:
+            gradient, curvature = self.gradient(frame, hinges)
+            held = ((hinges <= self.low) & (gradient > 0)) | ((hinges >= self.high) & (gradient < 0))
+            if held.any():  # a hinge pressed against its limit takes no part in this step
+                gradient = np.where(held, 0.0, gradient)
+                curvature[held] = 0.0
+                curvature[:, held] = 0.0
+            curvature[_DIAGONAL] += _DAMPING + held
+            _, direction, failed = dposv(curvature, gradient)
+            if failed:
+                direction = gradient
+            length = 1.0
+            for _ in range(6):
+                trial = np.clip(hinges - length * direction, self.low, self.high)
+                trial_cost = self.costs(frame, trial).total
+                if trial_cost < cost:
+                    break
+                length /= 2
+            else:
+                break
+            steps += 1
+            gained = cost - trial_cost
+            hinges, cost = trial, trial_cost
+            if gained < _ENOUGH * (first - cost) or gained < 1e-7:
+                break
+        return hinges, steps

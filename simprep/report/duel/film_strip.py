@@ -1,0 +1,117 @@
+"""Film strips of two people in one picture, rows of instants one below the other."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.duel.stream.stream import DuelStream
+from simprep.errors import SettingError
+from simprep.files import atomic_path
+from simprep.report.film_strip import FAINT, HEADER_PX, StripSettings, pillow
+from simprep.report.gl import Canvas, find_backend
+from simprep.scene import SceneSettings, build_scene
+
+TINTS = ((0.36, 0.52, 0.72, 1.0), (0.78, 0.45, 0.36, 1.0))
+"""Colours of A and B."""
+
+
+def pair_strip(
+    stream: DuelStream, frames: Sequence[int], captions: Sequence[str] = (), settings: StripSettings | None = None
+) -> NDArray[np.uint8]:
+    """Draw both people at some frames. The camera looks at them from the side.
+
+    Args:
+        stream: two people.
+        frames: which to draw.
+        captions: one for each frame, printed below its time; none for no captions.
+        settings: size of a picture, pictures per row, camera.
+
+    Returns:
+        (height, width, 3) RGB picture.
+
+    Raises:
+        NoGlError: nothing can draw off screen here.
+        MissingExtraError: pillow is not installed.
+        SettingError: no frames, or one outside the stream.
+    """
+    settings = settings or StripSettings(columns=6, width_px=300, height_px=230, azimuth_deg=90.0, extent_m=2.5)
+    if not len(frames) or min(frames) < 0 or max(frames) >= len(stream):
+        raise SettingError(f"frames {list(frames)[:4]} ...; valid: at least one, from 0 to {len(stream) - 1}")
+    image_module, draw_module, font = pillow()
+    columns = min(settings.columns, len(frames))
+    rows = -(-len(frames) // columns)
+    cell = settings.height_px + HEADER_PX * (2 if captions else 1)
+    page = image_module.new("RGB", (columns * settings.width_px, rows * cell), "white")
+    pen = draw_module.Draw(page)
+    for number, (frame, picture) in enumerate(zip(frames, _pictures(stream, frames, settings))):
+        row, column = divmod(number, columns)
+        corner = (column * settings.width_px, row * cell)
+        page.paste(image_module.fromarray(picture), corner)
+        pen.text(
+            (corner[0] + 6, corner[1] + settings.height_px + 3), f"{frame / stream.fps:.2f} s", fill=FAINT, font=font
+        )
+        if captions:
+            place = (corner[0] + 6, corner[1] + settings.height_px + HEADER_PX)
+            pen.text(place, captions[number], fill=FAINT, font=font)
+    return np.asarray(page)
+
+
+def save_pair_strip(
+    stream: DuelStream,
+    frames: Sequence[int],
+    path: str | Path,
+    captions: Sequence[str] = (),
+    settings: StripSettings | None = None,
+) -> Path:
+    """Draw a strip (`pair_strip`) and write it as PNG with a palette of 256 colours, atomically.
+
+    Args:
+        stream: two people.
+        frames: which to draw.
+        path: the PNG file.
+        captions: one for each frame, or none.
+        settings: size, pictures per row, camera.
+
+    Returns:
+        The path written.
+    """
+    image_module, _, _ = pillow()
+    picture = image_module.fromarray(pair_strip(stream, frames, captions, settings))
+    with atomic_path(path) as temporary:
+        picture.quantize(256, dither=image_module.Dither.NONE).save(temporary, format="PNG", optimize=True)
+    return Path(path)
+
+
+def _pictures(stream: DuelStream, frames: Sequence[int], settings: StripSettings) -> list[NDArray[np.uint8]]:
+    import mujoco
+
+    bodies = tuple(motion.body for motion in stream.players)
+    model = build_scene(SceneSettings(bodies, settings.scene.obstacles, settings.scene.timestep))
+    for geom in range(model.ngeom):
+        for prefix, tint in zip(("a_", "b_"), TINTS):
+            if model.body(model.geom_bodyid[geom]).name.startswith(prefix):
+                model.geom_rgba[geom] = tint
+                model.geom_matid[geom] = -1
+    data = mujoco.MjData(model)
+    camera = mujoco.MjvCamera()
+    camera.elevation = settings.elevation_deg
+    camera.distance = settings.extent_m / 2 / np.tan(np.deg2rad(model.vis.global_.fovy) / 2)
+    out = []
+    gl_context = find_backend().context(settings.width_px, settings.height_px)
+    try:
+        canvas = Canvas(model, settings.width_px, settings.height_px, gl_context)
+        for frame in frames:
+            a, b = (motion.qpos[frame] for motion in stream.players)
+            data.qpos[:] = np.concatenate([a, b])
+            mujoco.mj_forward(model, data)
+            middle, gap = 0.5 * (a[:2] + b[:2]), b[:2] - a[:2]
+            # A on the left, B on the right, wherever they have turned to
+            camera.azimuth = settings.azimuth_deg + np.degrees(np.arctan2(gap[1], gap[0]))
+            camera.lookat[:] = [*middle, 0.40 * settings.extent_m]
+            out.append(canvas.draw(data, camera))
+        del canvas
+    finally:
+        gl_context.free()
+    return out

@@ -1,0 +1,72 @@
+"""Which moments of a fight to show in a film strip: those at which a fist or foot is out."""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from simprep.duel.fight.fight import Fight
+from simprep.duel.labels.labels import Label
+from simprep.duel.stream.stream import PLAYERS
+from simprep.errors import SettingError
+from simprep.report.duel.label_text import short_text
+
+
+def strip_frames(fight: Fight, count: int) -> tuple[int, ...]:
+    """Frames for `simprep.report.duel.film_strip`, spread over the fight.
+
+    The fight is divided into equal parts; of each part the attack nearest to its middle is shown where its limb is out
+    farthest: at the end of an attack, or in the middle of one that is out and back. A part without attacks shows
+    its middle.
+
+    Args:
+        fight: what to show.
+        count: number of pictures.
+
+    Returns:
+        `count` rising frames, or all frames of a shorter fight.
+
+    Raises:
+        SettingError: no pictures wanted.
+    """
+    if count < 1:
+        raise SettingError(f"{count} pictures; valid: at least 1")
+    frames = len(fight.stream)
+    if count >= frames:
+        return tuple(range(frames))
+    out = np.array(sorted({_farthest(one.start, one.end, one.label) for one in fight.actions if _attacks(one.label)}))
+    edges = np.linspace(0, frames, count + 1).astype(int)
+    chosen = []
+    for first, after in pairwise(edges):
+        middle = (first + after) // 2
+        near = out[(out >= first) & (out < after)]
+        chosen.append(int(near[np.argmin(np.abs(near - middle))]) if len(near) else int(middle))
+    return tuple(chosen)
+
+
+def strip_captions(fight: Fight, frames: Sequence[int]) -> tuple[str, ...]:
+    """What both fighters do in some frames: `A: RK up, B: neutral`.
+
+    Args:
+        fight: what is shown.
+        frames: of the pictures.
+    """
+    out = []
+    for frame in frames:
+        # a limb is out farthest in the frame in which the next action begins: that of its attack is meant
+        words = []
+        for player, name in enumerate(PLAYERS):
+            own = [one for one in fight.of(player) if one.start < frame or one.start == 0]
+            words.append(f"{name}: {short_text(Label.from_code(own[-1].label)) or 'neutral'}")
+        out.append(", ".join(words))
+    return tuple(out)
+
+
+def _attacks(code: int) -> bool:
+    return Label.from_code(code).attacks
+
+
+def _farthest(start: int, end: int, code: int) -> int:
+    label = Label.from_code(code)
+    quick = "fwdbwd" in (label.left_punch, label.right_punch)
+    return (start + end) // 2 if quick else end - 1

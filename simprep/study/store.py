@@ -1,0 +1,94 @@
+"""The study as JSON: what `simprep validate` writes and prints."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from simprep.report.results import provenance, save_json
+from simprep.study.compare import (
+    WITH,
+    WITHOUT,
+    case_rows,
+    largest_assist,
+    motion_rows,
+    paired_before_physics,
+    paired_by_controller,
+)
+from simprep.study.plan import DETERMINISTIC, StudyPlan
+from simprep.study.validate import Study
+
+SCHEMA = "simprep.validate/1"
+
+
+def study_content(study: Study) -> dict[str, Any]:
+    """The study's numbers.
+
+    Args:
+        study: finished, or cut short.
+
+    Returns:
+        `complete`, `wall_s`, `cases` (one flat mapping each), `paired`, `paired_before_physics`, `motions` (before physics),
+        `assist` (largest over all cases).
+    """
+    cases = case_rows(study)
+    force_n, torque_nm = largest_assist(cases)
+    return {
+        "complete": study.complete,
+        "wall_s": round(study.wall_s, 2),
+        "cases": cases,
+        "paired": paired_by_controller(study),
+        "paired_before_physics": paired_before_physics(study),
+        "motions": motion_rows(study),
+        "assist": {"force_n": force_n, "torque_nm": torque_nm},
+    }
+
+
+def plan_content(plan: StudyPlan, arguments: Sequence[str]) -> dict[str, Any]:
+    """What was to be run, with what is needed to repeat it.
+
+    Args:
+        plan: the study.
+        arguments: the command line after `simprep`.
+    """
+    return {
+        "schema": SCHEMA,
+        **provenance(arguments),
+        "locomotion": {"name": plan.locomotion.name, "source": plan.locomotion.source},
+        "targets": [{"name": target.name, "source": target.source} for target in plan.targets],
+        "alphas": plan.alphas,
+        "arms": plan.arms,
+        "controllers": plan.controllers,
+        "seeds": plan.seeds,
+        "profile": {"lead_s": plan.profile.lead, "rise_s": plan.profile.rise, "hold_s": plan.profile.hold},
+        "deterministic_controllers": [name for name in plan.controllers if name in DETERMINISTIC],
+        "paired_is": f"{WITH} minus {WITHOUT}, same target, level and seed; 95 % bootstrap interval of the median",
+    }
+
+
+def mark_unfinished(plan: StudyPlan, folder: Path, arguments: Sequence[str]) -> Path:
+    """Write a metrics.json that says the study is not complete, so that an old one cannot be taken for its result.
+
+    Args:
+        plan: the study about to be run.
+        folder: where results go.
+        arguments: the command line after `simprep`.
+    """
+    return save_json(folder / "metrics.json", {**plan_content(plan, arguments), "complete": False, "cases": []})
+
+
+def save_study(
+    study: Study, folder: Path, arguments: Sequence[str], files: Sequence[Path], warnings: Sequence[str] = ()
+) -> Path:
+    """Write metrics.json; last of all files, since it says whether the study is complete.
+
+    Args:
+        study: finished, or cut short.
+        folder: where results go.
+        arguments: the command line after `simprep`.
+        files: what else was written there.
+        warnings: what was said about the motions and pictures.
+    """
+    record = {**plan_content(study.plan, arguments), **study_content(study)}
+    record["warnings"] = list(warnings)
+    record["files"] = sorted(str(path.relative_to(folder)) for path in files)
+    return save_json(folder / "metrics.json", record)
