@@ -34,6 +34,8 @@ ROUNDS = 4
 """How often the body follows its feet and the footholds the body."""
 FOLLOW_S = 0.03
 """The body's shift is smoothed by a Gaussian of this width [s]."""
+STRAY_S = 0.5
+"""The body follows its feet for about this long, then goes where the source went [s]."""
 PREROLL_S = 0.25
 TOUCHING = 0.005
 """A foot this high touches the floor [m]."""
@@ -90,6 +92,9 @@ def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | No
         )
         shift = _smooth_mean(placed.position - feet.position, contacts, FOLLOW_S * targets.fps)
         whole = replace(whole, positions=whole.positions + shift[:, None])
+    # the way over the floor stays the source's
+    strayed = whole.positions[:, 0, :2] - levelled.positions[:, 0, :2]
+    whole.positions[..., :2] -= gaussian_filter1d(strayed, STRAY_S * targets.fps, axis=0, mode="nearest")[:, None]
     feet = FootPoses(whole.positions[:, FEET], levelled.orientations[:, 3:5])
     placed, contacts = place_feet(
         feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, body
