@@ -36,6 +36,8 @@ FOLLOW_S = 0.03
 """The body's shift is smoothed by a Gaussian of this width [s]."""
 STRAY_S = 0.5
 """The body follows its feet for about this long, then goes where the source went [s]."""
+KEPT_STRAY_S = 0.1
+"""The same where several people must keep the distances between them [s]."""
 PREROLL_S = 0.25
 TOUCHING = 0.005
 """A foot this high touches the floor [m]."""
@@ -92,14 +94,12 @@ def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | No
         )
         shift = _smooth_mean(placed.position - feet.position, contacts, FOLLOW_S * targets.fps)
         whole = replace(whole, positions=whole.positions + shift[:, None])
-    # the way over the floor stays the source's
-    strayed = whole.positions[:, 0, :2] - levelled.positions[:, 0, :2]
-    whole.positions[..., :2] -= gaussian_filter1d(strayed, STRAY_S * targets.fps, axis=0, mode="nearest")[:, None]
+        whole.positions[...] -= _strayed(whole, levelled)[:, None]
     feet = FootPoses(whole.positions[:, FEET], levelled.orientations[:, 3:5])
     placed, contacts = place_feet(
         feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, body
     )
-    whole = _follow(whole, placed, contacts, body)
+    whole = _follow(whole, levelled, placed, contacts, body)
     shank = whole.positions[:, KNEES] - whole.positions[:, FEET]
     standing = contacts & (shank[..., 2] > UPRIGHT * np.linalg.norm(shank, axis=-1))  # kneeling, a foot only lies there
     if cyclic:
@@ -203,7 +203,14 @@ def _slowest_point(points: NDArray[np.float64], fps: float) -> NDArray[np.float6
     return np.asarray(np.linalg.norm(np.gradient(smooth, 1 / fps, axis=0), axis=-1).min(axis=-1))
 
 
-def _follow(targets: Targets, feet: FootPoses, contacts: NDArray[np.bool_], body: Body) -> Targets:
+def _strayed(targets: Targets, source: Targets) -> NDArray[np.float64]:
+    """How far a body has left the source's way over the floor, but for short deviations (T, 3) [m]."""
+    way = targets.positions[:, 0] - source.positions[:, 0]
+    stray_s = KEPT_STRAY_S if targets.travel_kept else STRAY_S
+    return np.asarray(gaussian_filter1d(way, stray_s * targets.fps, axis=0, mode="nearest") * [1.0, 1.0, 0.0])
+
+
+def _follow(targets: Targets, source: Targets, feet: FootPoses, contacts: NDArray[np.bool_], body: Body) -> Targets:
     """The rest of the body follows its feet: the mean shift of the standing feet, smoothed; knees in their planes."""
     fps = targets.fps
     model = humanoid_model(body)
@@ -212,7 +219,8 @@ def _follow(targets: Targets, feet: FootPoses, contacts: NDArray[np.bool_], body
     )
     moved = feet.position - targets.positions[:, FEET]
     shift = _smooth_mean(moved, contacts, 0.12 * fps)
-    positions = targets.positions + shift[:, None]
+    moved_on = replace(targets, positions=targets.positions + shift[:, None])
+    positions = moved_on.positions - _strayed(moved_on, source)[:, None]
     positions[:, FEET] = feet.position
     hips = [BODIES.index("left_thigh"), BODIES.index("right_thigh")]
     # where a standing foot is out of reach, the body sinks to it

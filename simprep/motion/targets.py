@@ -38,6 +38,7 @@ class Targets:
         fps: frames per second [1/s].
         step: (3,) displacement over one cycle [m], or None.
         warnings: what could not be told.
+        travel_kept: whether the way over the floor is the recorded one, which then must not be moved.
     """
 
     positions: NDArray[np.float64]
@@ -46,6 +47,7 @@ class Targets:
     fps: float
     step: NDArray[np.float64] | None
     warnings: tuple[str, ...] = ()
+    travel_kept: bool = False
 
 
 def unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -147,7 +149,7 @@ def build_targets(source: Normalised, joints: JointMap, body: Body, keep_travel:
         else:
             orientations[:, 3 + number], oriented[3 + number] = foot, True
     step = None if clip.step is None else clip.step * travel
-    return Targets(out, orientations, oriented, clip.fps, step, tuple(warnings))
+    return Targets(out, orientations, oriented, clip.fps, step, tuple(warnings), keep_travel)
 
 
 def _along_trunk(
