@@ -36,7 +36,7 @@ from simprep.controller.runtime.world import library_world
 from simprep.duel.fight.default_model import default_fight_model
 from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.modes import begin_fight
-from simprep.humanoid import standing_qpos
+from simprep.humanoid import humanoid
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion
@@ -112,7 +112,7 @@ def simulation_rate(threads: int) -> float:
     control = np.zeros((SIMULATIONS, SIMULATION_STEPS, model.nu))
 
     def work() -> float:
-        qpos[:] = standing_qpos()
+        qpos[:] = humanoid().standing_qpos.copy()
         batch.bind("qvel")[:] = 0.0
         batch.rollout(SIMULATION_STEPS, control=control, control_spec=mujoco.mjtState.mjSTATE_CTRL, record=("qpos",))
         return float(SIMULATIONS * SIMULATION_STEPS)

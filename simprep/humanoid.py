@@ -1,4 +1,4 @@
-"""The body: names, groups, mirror map, scaled models and scenes. Every other module takes them from here.
+"""Our own body as a character: names, groups, mirror map, scaled models.
 
 The model itself, with the sources of its numbers, is `mjcf/humanoid.xml` (1.75 m, 75 kg). Other statures and masses
 are scaled copies: lengths with height, masses with mass, radii with the square root of mass per height, inertias with
@@ -6,15 +6,14 @@ mass times height squared (de Leva's percentages hold exactly), torque limits wi
 normalise by m g h), gains and armature with mass times height squared.
 """
 
-from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.character import SIDES, Character
 from simprep.errors import SettingError
 
 MODEL_NAME = "simprep_humanoid"
@@ -23,8 +22,6 @@ DEFAULT_HEIGHT_M = 1.75
 DEFAULT_MASS_KG = 75.0
 GRAVITY = 9.81
 """Acceleration of free fall in the model [m/s^2]."""
-
-SIDES = ("left", "right")
 
 BODIES = (
     "pelvis", "abdomen", "thorax", "neck", "head",
@@ -67,56 +64,62 @@ _MIRROR_NEGATED = tuple(name for name in TRUNK_JOINTS if name.endswith(("bending
 
 
 def hinge_index(name: str) -> int:
-    """Index of a hinge in `HINGES`; qpos index is 7 more, qvel index 6 more.
+    """Index of a hinge of ours in `HINGES`; qpos index is 7 more, qvel index 6 more.
 
     Raises:
         UnknownNameError: no such hinge.
     """
-    if name not in _HINGE_INDEX:
-        from simprep.errors import UnknownNameError
-
-        raise UnknownNameError("hinge", name, HINGES)
-    return _HINGE_INDEX[name]
+    return humanoid().joint(name)
 
 
-_HINGE_INDEX = {name: index for index, name in enumerate(HINGES)}
-
-
-def mirror_map() -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """How hinges mirror in the sagittal plane: mirrored[k] = sign[k] * hinge[index[k]].
-
-    Returns:
-        index: (37,) source hinge of each mirrored hinge.
-        sign: (37,) +1 or -1 (trunk bending and rotation change sign).
-    """
+def _mirror() -> dict[str, tuple[str, float]]:
+    """Trunk bending and rotation change sign, limbs change sides."""
     swap = {"left": "right", "right": "left"}
-    index = []
+    out = {}
     for name in HINGES:
         side, _, rest = name.partition("_")
-        index.append(_HINGE_INDEX[f"{swap[side]}_{rest}" if side in swap else name])
-    sign = np.array([-1.0 if name in _MIRROR_NEGATED else 1.0 for name in HINGES])
-    return np.array(index, dtype=np.intp), sign
+        out[name] = (f"{swap[side]}_{rest}" if side in swap else name, -1.0 if name in _MIRROR_NEGATED else 1.0)
+    return out
 
 
-@dataclass(frozen=True)
-class Body:
-    """A person: stature [m] and mass [kg] (valid: 1.2 to 2.2 m, 30 to 160 kg)."""
+@lru_cache(maxsize=64)
+def humanoid(height_m: float = DEFAULT_HEIGHT_M, mass_kg: float = DEFAULT_MASS_KG) -> Character:
+    """Our humanoid: 17 segments and 37 hinges, masses after de Leva (1996).
 
-    height_m: float = DEFAULT_HEIGHT_M
-    mass_kg: float = DEFAULT_MASS_KG
+    Args:
+        height_m: stature, 1.2 to 2.2 m.
+        mass_kg: mass, 30 to 160 kg.
 
-    def __post_init__(self) -> None:
-        if not 1.2 <= self.height_m <= 2.2:
-            raise SettingError(f"height {self.height_m} m is outside 1.2 to 2.2 m")
-        if not 30.0 <= self.mass_kg <= 160.0:
-            raise SettingError(f"mass {self.mass_kg} kg is outside 30 to 160 kg")
+    Raises:
+        SettingError: outside of these ranges.
+    """
+    if not 1.2 <= height_m <= 2.2:
+        raise SettingError(f"height {height_m} m is outside 1.2 to 2.2 m")
+    if not 30.0 <= mass_kg <= 160.0:
+        raise SettingError(f"mass {mass_kg} kg is outside 30 to 160 kg")
+    arms = {f"{side}_arm": tuple(f"{side}_{joint}" for joint in ARM_JOINTS) for side in SIDES}
+    legs = {f"{side}_leg": tuple(f"{side}_{joint}" for joint in LEG_JOINTS) for side in SIDES}
+    light = ("wrist_flexion", "wrist_deviation", "forearm_pronation")
+    neck = TRUNK_JOINTS[6:]
+    return Character(
+        name=MODEL_NAME,
+        build=partial(_spec, float(height_m), float(mass_kg)),
+        roles={name: name for name in BODIES},
+        soles=(tuple(f"left_{part}" for part in FOOT_GEOMS), tuple(f"right_{part}" for part in FOOT_GEOMS)),
+        upper=UPPER_BODY_HINGES,
+        lower=LOWER_BODY_HINGES,
+        groups={"trunk": TRUNK_JOINTS, **arms, **legs},
+        mirror=_mirror(),
+        balancing=UPPER_BODY_HINGES,
+        fused=(*neck, *(f"{side}_{joint}" for side in SIDES for joint in light)),
+        fused_segments=("neck", "head"),
+        height_m=float(height_m),
+        mass_kg=float(mass_kg),
+    )
 
 
-DEFAULT_BODY = Body()
-
-
-def body_of_leg(leg_m: float) -> Body:
-    """The body whose thigh plus shank has a given length; its mass goes with the square of stature (equal BMI).
+def humanoid_of_leg(leg_m: float) -> Character:
+    """The humanoid whose thigh plus shank has a given length; its mass goes with the square of stature (equal BMI).
 
     Args:
         leg_m: hip to ankle joint along the bones [m].
@@ -124,9 +127,10 @@ def body_of_leg(leg_m: float) -> Body:
     Raises:
         SettingError: no valid stature has such legs.
     """
-    offsets = humanoid_model().body_pos[[1 + BODIES.index("left_shank"), 1 + BODIES.index("left_foot")]]
+    own = humanoid()
+    offsets = own.model.body_pos[[1 + own.segment("left_shank"), 1 + own.segment("left_foot")]]
     scale = leg_m / float(np.linalg.norm(offsets, axis=1).sum())
-    return Body(DEFAULT_HEIGHT_M * scale, DEFAULT_MASS_KG * scale**2)
+    return humanoid(DEFAULT_HEIGHT_M * scale, DEFAULT_MASS_KG * scale**2)
 
 
 def mjcf_folder() -> Path:
@@ -136,15 +140,11 @@ def mjcf_folder() -> Path:
     return installed if installed.is_dir() else package.parent / "mjcf"
 
 
-def humanoid_spec(body: Body = DEFAULT_BODY) -> Any:
-    """Editable `mujoco.MjSpec` of the humanoid alone (no floor), scaled to a body.
-
-    Args:
-        body: stature and mass.
-    """
+def _spec(height_m: float, mass_kg: float) -> mujoco.MjSpec:
+    """Editable model of the humanoid alone (no floor), scaled to a stature [m] and a mass [kg]."""
     spec = mujoco.MjSpec.from_file(str(mjcf_folder() / "humanoid.xml"))
-    length = body.height_m / DEFAULT_HEIGHT_M
-    mass = body.mass_kg / DEFAULT_MASS_KG
+    length = height_m / DEFAULT_HEIGHT_M
+    mass = mass_kg / DEFAULT_MASS_KG
     if length == 1.0 and mass == 1.0:
         return spec
     radius = np.sqrt(mass / length)
@@ -180,22 +180,3 @@ def _scale_geom(geom: Any, length: float, radius: float) -> None:
         geom.size = np.array([geom.size[0] * radius, *geom.size[1:]])
     else:
         geom.size = geom.size * length
-
-
-@lru_cache(maxsize=16)
-def humanoid_model(body: Body = DEFAULT_BODY) -> Any:
-    """Compiled `mujoco.MjModel` of the humanoid alone, for kinematics; shared, so do not write to it.
-
-    Args:
-        body: stature and mass.
-    """
-    return humanoid_spec(body).compile()
-
-
-def standing_qpos(body: Body = DEFAULT_BODY) -> NDArray[np.float64]:
-    """Upright zero pose on the floor at the origin, facing x.
-
-    Returns:
-        (44,) qpos.
-    """
-    return np.array(humanoid_model(body).qpos0)

@@ -6,8 +6,9 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from simprep.character import Character
 from simprep.errors import SettingError
-from simprep.humanoid import DEFAULT_BODY, Body, humanoid_spec
+from simprep.humanoid import humanoid
 
 DEFAULT_TIMESTEP_S = 1.0 / 480.0
 """Halving it moves the medians of paired runs by under 5 % (`scripts/timestep_study.py`); at 1/240 s mechanical work
@@ -49,7 +50,7 @@ class SceneSettings:
         friction: sliding friction coefficient of the floor.
     """
 
-    bodies: tuple[Body, ...] = (DEFAULT_BODY,)
+    bodies: tuple[Character, ...] = (humanoid(),)
     obstacles: tuple[Obstacle, ...] = ()
     timestep: float = DEFAULT_TIMESTEP_S
     friction: float = 1.0
@@ -121,7 +122,7 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
         )
     if not 0 < settings.timestep <= 0.02:
         raise SettingError(f"timestep {settings.timestep} s; valid: above 0, at most 0.02")
-    spec = humanoid_spec(settings.bodies[0]) if count == 1 else _bodies_spec(settings.bodies)
+    spec = settings.bodies[0].build() if count == 1 else _bodies_spec(settings.bodies)
     spec.option.timestep = settings.timestep
     spec.add_texture(
         name="floor", type=mujoco.mjtTexture.mjTEXTURE_2D, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
@@ -145,9 +146,9 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
     return spec
 
 
-def _bodies_spec(bodies: Sequence[Body]) -> mujoco.MjSpec:
+def _bodies_spec(bodies: Sequence[Character]) -> mujoco.MjSpec:
     """Several bodies in one world, each with its prefix and its collision bits."""
-    first = humanoid_spec(bodies[0])
+    first = bodies[0].build()
     spec = mujoco.MjSpec()
     spec.option = first.option
     # MuJoCo 4.0.0's Newton solver with sparse Jacobians, its choice for so many velocities, fails to converge in some
@@ -162,8 +163,8 @@ def _bodies_spec(bodies: Sequence[Body]) -> mujoco.MjSpec:
     # floor and obstacles are as hard as beside one body, whose file sets the default
     for name in ("condim", "solref", "solimp", "friction"):
         setattr(spec.default.geom, name, getattr(first.default.geom, name))
-    for number, body in enumerate(bodies):
-        own = humanoid_spec(body)
+    for number, character in enumerate(bodies):
+        own = character.build()
         for geom in own.geoms:
             if geom.contype:
                 geom.contype, geom.conaffinity = collision_bits(number, len(bodies))

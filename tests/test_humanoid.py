@@ -4,20 +4,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from simprep.character import Character
 from simprep.errors import SettingError
-from simprep.humanoid import (
-    BODIES,
-    DEFAULT_BODY,
-    HINGES,
-    LOWER_BODY_HINGES,
-    N_QPOS,
-    UPPER_BODY_HINGES,
-    Body,
-    hinge_index,
-    humanoid_model,
-    mirror_map,
-    standing_qpos,
-)
+from simprep.humanoid import BODIES, HINGES, LOWER_BODY_HINGES, N_QPOS, UPPER_BODY_HINGES, hinge_index, humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.scene import SceneSettings, build_scene
 
@@ -36,15 +25,15 @@ DE_LEVA = {
 UPWARD = ("pelvis", "abdomen", "thorax")  # de Leva measures these from the upper endpoint; our frame is at the lower
 
 
-@pytest.mark.parametrize("body", [DEFAULT_BODY, Body(1.62, 58.0), Body(1.95, 110.0)])
-def test_segments_are_de_leva_scaled(body: Body) -> None:
-    model = humanoid_model(body)
-    assert model.body_mass.sum() == pytest.approx(body.mass_kg, rel=1e-4)
+@pytest.mark.parametrize("character", [humanoid(), humanoid(1.62, 58.0), humanoid(1.95, 110.0)])
+def test_segments_are_de_leva_scaled(character: Character) -> None:
+    model = character.model
+    assert model.body_mass.sum() == pytest.approx(character.mass_kg, rel=1e-4)
     for name, (share, length, com, radii) in DE_LEVA.items():
         segment = model.body(name)
-        scaled = length / 1.741 * body.height_m
-        assert segment.mass[0] == pytest.approx(share * body.mass_kg, rel=1e-3), name
-        expected = share * body.mass_kg * (np.array(radii) * scaled) ** 2
+        scaled = length / 1.741 * character.height_m
+        assert segment.mass[0] == pytest.approx(share * character.mass_kg, rel=1e-3), name
+        expected = share * character.mass_kg * (np.array(radii) * scaled) ** 2
         np.testing.assert_allclose(segment.inertia, expected, rtol=2e-3, err_msg=name)
         if name.endswith("foot"):
             continue
@@ -53,7 +42,7 @@ def test_segments_are_de_leva_scaled(body: Body) -> None:
 
 
 def test_head_and_neck_together_are_de_levas_head() -> None:
-    model = humanoid_model()
+    model = humanoid().model
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     parts = [model.body(name) for name in ("neck", "head")]
@@ -66,22 +55,22 @@ def test_head_and_neck_together_are_de_levas_head() -> None:
     assert about_x == pytest.approx(0.0694 * 75 * (0.303 * length) ** 2, rel=5e-3)
 
 
-@pytest.mark.parametrize("body", [DEFAULT_BODY, Body(1.5, 45.0), Body(2.0, 120.0)])
-def test_stands_on_the_floor_at_its_height(body: Body) -> None:
-    kinematics = forward_kinematics(standing_qpos(body)[None], body)
+@pytest.mark.parametrize("character", [humanoid(), humanoid(1.5, 45.0), humanoid(2.0, 120.0)])
+def test_stands_on_the_floor_at_its_height(character: Character) -> None:
+    kinematics = forward_kinematics(character.standing_qpos.copy()[None], character)
     np.testing.assert_allclose(kinematics.foot_points[0, ..., 2], 0.0, atol=1e-6)
-    model = humanoid_model(body)
+    model = character.model
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     head = model.geom("head").id
     top = data.geom_xpos[head, 2] + abs(data.geom_xmat[head, 8]) * model.geom_size[head, 1] + model.geom_size[head, 0]
-    assert top == pytest.approx(body.height_m, abs=0.012 * body.height_m)
-    assert kinematics.com[0, 2] / body.height_m == pytest.approx(0.567, abs=0.01)  # textbook 0.55 to 0.57
+    assert top == pytest.approx(character.height_m, abs=0.012 * character.height_m)
+    assert kinematics.com[0, 2] / character.height_m == pytest.approx(0.567, abs=0.01)  # textbook 0.55 to 0.57
     assert abs(kinematics.com[0, 1]) < 1e-6
 
 
 def test_names_and_order_are_the_models() -> None:
-    model = humanoid_model()
+    model = humanoid().model
     assert tuple(model.body(i + 1).name for i in range(17)) == BODIES
     assert tuple(model.joint(i + 1).name for i in range(37)) == HINGES
     assert tuple(model.actuator(i).name for i in range(37)) == HINGES
@@ -92,10 +81,10 @@ def test_names_and_order_are_the_models() -> None:
 
 def test_mirrored_pose_is_the_mirrored_body() -> None:
     rng = np.random.default_rng(0)
-    qpos = standing_qpos()
-    low, high = humanoid_model().jnt_range[1:].T
+    qpos = humanoid().standing_qpos.copy()
+    low, high = humanoid().model.jnt_range[1:].T
     qpos[7:] = rng.uniform(low, high)
-    index, sign = mirror_map()
+    index, sign = humanoid().mirror_map
     mirrored = qpos.copy()
     mirrored[7:] = sign * qpos[7:][index]
     a, b = (forward_kinematics(q[None]).xipos[0] for q in (qpos, mirrored))
@@ -104,10 +93,13 @@ def test_mirrored_pose_is_the_mirrored_body() -> None:
 
 
 def test_flexion_signs_are_anatomical() -> None:
-    def moved(hinge: str, body: str) -> np.ndarray:
-        qpos = standing_qpos()
+    def moved(hinge: str, character: str) -> np.ndarray:
+        qpos = humanoid().standing_qpos.copy()
         qpos[7 + hinge_index(hinge)] = 0.3
-        a, b = (forward_kinematics(q[None]).xipos[0, BODIES.index(body)] for q in (standing_qpos(), qpos))
+        a, b = (
+            forward_kinematics(q[None]).xipos[0, BODIES.index(character)]
+            for q in (humanoid().standing_qpos.copy(), qpos)
+        )
         return b - a
 
     for side, outward in (("left", 1), ("right", -1)):
@@ -141,4 +133,4 @@ def test_servos_settle_without_chatter_at_the_planners_step() -> None:
 
 def test_body_outside_human_range_is_refused() -> None:
     with pytest.raises(SettingError, match=r"height 0\.9 m is outside 1\.2 to 2\.2 m"):
-        Body(0.9)
+        humanoid(0.9)

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import SettingError
-from simprep.humanoid import DEFAULT_BODY
+from simprep.humanoid import humanoid
 from simprep.scene import (
     BODY_LIMIT,
     FLOOR_BIT,
@@ -44,14 +44,14 @@ def test_every_body_meets_every_other_and_never_itself(count: int) -> None:
 
 def test_the_bits_of_two_are_those_they_always_had() -> None:
     assert [collision_bits(number, 2) for number in (0, 1)] == [(2, 1 | 4 | 1024), (4, 1 | 2 | 1024)]
-    model = build_scene(SceneSettings((DEFAULT_BODY, DEFAULT_BODY)))
+    model = build_scene(SceneSettings((humanoid(), humanoid())))
     assert (model.geom("floor").contype[0], model.geom("floor").conaffinity[0]) == (1, 6)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3, 5])
 def test_bodies_collide_with_each_other_the_floor_and_obstacles(count: int) -> None:
     pads = tuple(Obstacle(f"pad{n}", (0.05 * n, 0.0, 1.3), (0.1, 0.1, 0.1), soft=True) for n in range(count))
-    model = build_scene(SceneSettings((DEFAULT_BODY,) * count, pads))
+    model = build_scene(SceneSettings((humanoid(),) * count, pads))
     data = mujoco.MjData(model)
     for number in range(count):  # all within each other, feet in the floor
         data.qpos[44 * number : 44 * number + 3] = 0.05 * number, 0.0, 0.93
@@ -73,4 +73,4 @@ def test_bodies_collide_with_each_other_the_floor_and_obstacles(count: int) -> N
 def test_more_bodies_than_the_bits_tell_apart_are_refused() -> None:
     for count in (0, BODY_LIMIT + 1):
         with pytest.raises(SettingError, match=rf"{count} bodies in a scene; valid: 1 to 511 \(the 9 collision bits"):
-            build_scene(SceneSettings((DEFAULT_BODY,) * count))
+            build_scene(SceneSettings((humanoid(),) * count))

@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from simprep.character import SIDES
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError
-from simprep.humanoid import BODIES, SIDES
+from simprep.humanoid import BODIES
 from simprep.motion.kinematics import Kinematics
 from simprep.motion.rotations import wrap_angle
 

@@ -278,7 +278,7 @@ def _refuse_unfit(core: Sequence[Motion], targets: Sequence[Motion]) -> None:
         if names.count(name) > 1:
             raise MotionError(f"{name} is in the motion graph twice; valid: every motion once")
     for motion in motions:
-        if motion.body != core[0].body:
+        if motion.character != core[0].character:
             raise MotionError(
-                f"{motion.name} and {core[0].name} belong to different bodies: {motion.body}, {core[0].body}"
+                f"{motion.name} and {core[0].name} belong to different bodies: {motion.character}, {core[0].character}"
             )

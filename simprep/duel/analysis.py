@@ -329,7 +329,7 @@ def _rules(stream: DuelStream, truth: Truth) -> dict[str, float]:
     bounds = truth.cuts().bounds
     contacts = (stream.players[0].contacts, stream.players[1].contacts)
     detected = [
-        np.concatenate([detect_contacts(m.qpos[a:b], m.fps, m.body) for a, b in bounds]) for m in stream.players
+        np.concatenate([detect_contacts(m.qpos[a:b], m.fps, m.character) for a, b in bounds]) for m in stream.players
     ]
     react, move = (codes[:, ASPECTS.index(name)] for name in ("react", "move"))
     return {

@@ -10,7 +10,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import SIDES
+from simprep.character import SIDES
 from simprep.library.entry import Entry
 from simprep.library.parts.feet import FootPath, Stance, ankle_height
 from simprep.library.parts.limbs import SIGNS

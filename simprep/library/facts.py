@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import BODIES, SIDES, Body, humanoid_model
+from simprep.character import SIDES, Character
+from simprep.humanoid import BODIES
 from simprep.motion.contacts import stances
 from simprep.motion.edit import loop_displacement, repeat, yaw
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -61,8 +62,8 @@ def motion_facts(motion: Motion) -> MotionFacts:
         motion: of any length; speeds of a single frame are 0.
     """
     cycles = repeat(motion, 2) if motion.loop and len(motion) > 1 else motion  # so that the seam counts
-    kinematics = forward_kinematics(cycles.qpos, cycles.body)
-    fists, soles = fist_positions(kinematics, cycles.body), kinematics.foot_points
+    kinematics = forward_kinematics(cycles.qpos, cycles.character)
+    fists, soles = fist_positions(kinematics, cycles.character), kinematics.foot_points
     frames = len(motion)
     span = min(frames + 1, len(cycles)) if motion.loop else frames
     com = kinematics.com[:frames, 2]
@@ -91,17 +92,17 @@ def motion_facts(motion: Motion) -> MotionFacts:
     )
 
 
-def fist_positions(kinematics: Kinematics, body: Body) -> NDArray[np.float64]:
+def fist_positions(kinematics: Kinematics, character: Character) -> NDArray[np.float64]:
     """Middle of the left and right fist.
 
     Args:
         kinematics: of T poses.
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         (T, 2, 3) world [m].
     """
-    model = humanoid_model(body)
+    model = character.model
     places = []
     for side in SIDES:
         hand = BODIES.index(f"{side}_hand")

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import BODIES, LEG_JOINTS, N_QPOS, SIDES, hinge_index
+from simprep.character import SIDES
+from simprep.humanoid import BODIES, LEG_JOINTS, N_QPOS, hinge_index
 from simprep.library.entry import FPS, Entry
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import SIGNS, arm_angles, leg_angles, limb_lengths

@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.interpolate import BPoly
 
-from simprep.humanoid import GRAVITY, SIDES
+from simprep.character import SIDES
+from simprep.humanoid import GRAVITY
 from simprep.library.entry import Entry
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import SIGNS

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simprep.humanoid import SIDES
+from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import SIGNS

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import GRAVITY, humanoid_model
+from simprep.humanoid import GRAVITY
 from simprep.metrics.dynamics import residual_wrench, whole_body, zero_moment_point
 from simprep.metrics.smoothing import smooth_motion
 from simprep.motion.edit import sample
@@ -90,11 +90,11 @@ def balance(motion: Motion, friction: float = 1.0) -> Balance:
     Returns:
         Balance at 60 Hz.
     """
-    model = humanoid_model(motion.body)
+    model = motion.character.model
     smooth = smooth_motion(motion)
     body = whole_body(model, smooth.qpos, smooth.qvel, smooth.qacc)
     # positions come from the poses as they are: the filter would smear a foot's touch-down over its stance
-    poses = forward_kinematics(sample(motion, smooth.time), motion.body)
+    poses = forward_kinematics(sample(motion, smooth.time), motion.character)
     floor, mask = support_points(poses.foot_points, smooth.contacts)
     points = poses.foot_points.reshape(len(smooth.time), -1, 3)
     com = poses.com[:, :2]

@@ -6,7 +6,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import Body, humanoid_model
+from simprep.character import Character
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import foot_geom_ids, forward_kinematics
 from simprep.motion.motion import Motion
@@ -91,10 +91,10 @@ def foot_slip(motion: Motion) -> FootSlip:
     Returns:
         FootSlip.
     """
-    model = humanoid_model(motion.body)
-    feet = foot_geom_ids(motion.body)
+    model = motion.character.model
+    feet = foot_geom_ids(motion.character)
     stride = max(1, round(motion.fps / SLIP_HZ))
-    centres, rotations = _foot_frames(motion.qpos[::stride], motion.body)
+    centres, rotations = _foot_frames(motion.qpos[::stride], motion.character)
     radius = model.geom_size[feet, 0]
     slip = sphere_slip(centres, rotations[:, :, None], radius)  # (n - 1, 2, 4)
     bottom = centres[..., 2] - radius
@@ -135,7 +135,7 @@ def stance_drift(motion: Motion) -> NDArray[np.float64]:
     Returns:
         (S,) horizontal way of every stance, left foot's first [m]; stances under 3 frames are left out.
     """
-    points = forward_kinematics(motion.qpos, motion.body).foot_points[..., :2]
+    points = forward_kinematics(motion.qpos, motion.character).foot_points[..., :2]
     out = []
     for side in (0, 1):
         for first, after in stances(motion.contacts[:, side]):
@@ -174,7 +174,7 @@ def floor_penetration(motion: Motion) -> NDArray[np.float64]:
     Returns:
         (T,) depth [m], 0 or more.
     """
-    model = humanoid_model(motion.body)
+    model = motion.character.model
     data = mujoco.MjData(model)
     geoms = np.flatnonzero(model.geom_contype > 0)
     capsule = model.geom_type[geoms] == mujoco.mjtGeom.mjGEOM_CAPSULE
@@ -189,10 +189,10 @@ def floor_penetration(motion: Motion) -> NDArray[np.float64]:
     return depth
 
 
-def _foot_frames(qpos: NDArray[np.float64], body: Body) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    model = humanoid_model(body)
+def _foot_frames(qpos: NDArray[np.float64], character: Character) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    model = character.model
     data = mujoco.MjData(model)
-    feet = foot_geom_ids(body)
+    feet = foot_geom_ids(character)
     bodies = model.geom_bodyid[feet[:, 0]]
     centres, rotations = np.empty((len(qpos), *feet.shape, 3)), np.empty((len(qpos), 2, 3, 3))
     for frame in range(len(qpos)):

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from simprep.humanoid import GRAVITY, humanoid_model
+from simprep.humanoid import GRAVITY
 from simprep.metrics.dynamics import FLIGHT_SHARE, WholeBody, whole_body, zero_moment_point
 from simprep.metrics.smoothing import DYNAMICS_SIGMA_S, SmoothMotion, smooth_motion
 from simprep.motion.motion import Motion
@@ -131,12 +131,12 @@ def identify_run(run: Run) -> PendulumLaw:
 
 
 def _mass(motion: Motion) -> float:
-    return float(humanoid_model(motion.body).body_mass.sum())
+    return float(motion.character.model.body_mass.sum())
 
 
 def _dynamics(motion: Motion) -> tuple[SmoothMotion, WholeBody]:
     smooth = smooth_motion(motion)
-    return smooth, whole_body(humanoid_model(motion.body), smooth.qpos, smooth.qvel, smooth.qacc)
+    return smooth, whole_body(motion.character.model, smooth.qpos, smooth.qvel, smooth.qacc)
 
 
 def _identify(

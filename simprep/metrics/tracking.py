@@ -24,7 +24,7 @@ def body_positions(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64], 
         simulated (n, 17, 3) [m], reference (n, 17, 3) [m], and their rate [1/s].
     """
     stride = every(1 / run.timestep, _STATES_HZ)
-    body = run.reference.body
+    body = run.reference.character
     simulated = forward_kinematics(run.qpos[::stride], body).xpos
     reference = forward_kinematics(run.reference_qpos[::stride], body).xpos
     return simulated, reference, 1 / (run.timestep * stride)

@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import BODIES, Body, hinge_index, humanoid_model
+from simprep.character import Character
+from simprep.humanoid import BODIES, hinge_index
 from simprep.motion.limb_paths import Limb, limb_path
 from simprep.motion.targets import Targets, frame_from, unit
 
 
-def closed_form(targets: Targets, body: Body) -> NDArray[np.float64]:
+def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
     """Poses near the targets in closed form, from which the iterations start; no frame starts from another.
 
     Trunk: the rotation from pelvis to chest, half to each spine joint; from chest to head, half to neck and head. Limbs:
@@ -20,12 +21,12 @@ def closed_form(targets: Targets, body: Body) -> NDArray[np.float64]:
 
     Args:
         targets: where the joints should be.
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         (T, 44) qpos within the limits.
     """
-    model = humanoid_model(body)
+    model = character.model
     at = {name: targets.positions[:, number] for number, name in enumerate(BODIES)}
     pelvis = frame_from(at["left_thigh"] - at["right_thigh"], at["abdomen"] - at["pelvis"])
     thorax = frame_from(at["left_upper_arm"] - at["right_upper_arm"], at["neck"] - at["thorax"])
@@ -73,7 +74,7 @@ def _limb_into(
     """Fill in a limb's four hinges; returns the orientations of its second bone (T, 3, 3)."""
     first, middle, distal = (1 + BODIES.index(name) for name in names)
     limb = Limb.of_model(model, first, middle, distal)
-    place = [targets.positions[:, body - 1] for body in (first, middle, distal)]
+    place = [targets.positions[:, character - 1] for character in (first, middle, distal)]
     bones = [np.einsum("tji,tj->ti", parent, unit(b - a)) for a, b in pairwise(place)]
     angles = limb_path(limb, bones[0], bones[1], targets.fps)
     shoulder = int(model.jnt_qposadr[model.body_jntadr[first]])

@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from simprep.humanoid import DEFAULT_BODY, Body
+from simprep.character import Character
+from simprep.humanoid import humanoid
 from simprep.motion.kinematics import forward_kinematics
 
 
@@ -34,7 +35,7 @@ class ContactSettings:
 def detect_contacts(
     qpos: NDArray[np.float64],
     fps: float,
-    body: Body = DEFAULT_BODY,
+    character: Character = humanoid(),
     settings: ContactSettings | None = None,
     floor: float = 0.0,
 ) -> NDArray[np.bool_]:
@@ -43,14 +44,14 @@ def detect_contacts(
     Args:
         qpos: (T, 44) poses.
         fps: frames per second [1/s].
-        body: the humanoid.
+        character: the humanoid.
         settings: thresholds; None for the defaults.
         floor: height of the floor [m].
 
     Returns:
         (T, 2) left and right foot in contact.
     """
-    return contacts_of_points(forward_kinematics(qpos, body).foot_points - [0.0, 0.0, floor], fps, settings)
+    return contacts_of_points(forward_kinematics(qpos, character).foot_points - [0.0, 0.0, floor], fps, settings)
 
 
 def contacts_of_points(

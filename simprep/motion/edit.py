@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from simprep.character import SIDES
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import N_QPOS, SIDES, mirror_map
+from simprep.humanoid import N_QPOS, humanoid
 from simprep.motion.formats.skeleton import MAX_VALUES
 from simprep.motion.motion import MAX_FPS, MIN_FPS, Motion
 from simprep.motion.rotations import multiply_quat, wrap_angle
@@ -190,8 +191,8 @@ def concatenate(a: Motion, b: Motion) -> Motion:
     Raises:
         MotionError: different bodies.
     """
-    if a.body != b.body:
-        raise MotionError(f"{a.name} and {b.name} belong to different bodies: {a.body}, {b.body}")
+    if a.character != b.character:
+        raise MotionError(f"{a.name} and {b.name} belong to different bodies: {a.character}, {b.character}")
     b = resample(replace(b, loop=False), a.fps)
     b = at_origin(b)
     b = move(b, turn=float(yaw(a.qpos[-1, 3:7])))
@@ -211,7 +212,7 @@ def concatenate(a: Motion, b: Motion) -> Motion:
 
 def mirror(motion: Motion) -> Motion:
     """The motion reflected in the plane y = 0: left and right swap, in the names of events too."""
-    index, sign = mirror_map()
+    index, sign = humanoid().mirror_map
     qpos = motion.qpos.copy()
     qpos[:, 1] *= -1
     qpos[:, [4, 6]] *= -1  # a reflection in y keeps the rotation about y and reverses those about x and z

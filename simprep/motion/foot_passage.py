@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import Body
+from simprep.character import Character
 from simprep.motion.footholds import FootholdSettings, FootPoses, Held, hold_feet, sole_geometry, sole_points
 from simprep.motion.targets import unit
 
@@ -17,7 +17,7 @@ def place_feet(
     knees: NDArray[np.float64],
     contacts: NDArray[np.bool_],
     fps: float,
-    body: Body,
+    character: Character,
     settings: FootholdSettings | None = None,
 ) -> tuple[FootPoses, NDArray[np.bool_]]:
     """Feet that stand on the floor z = 0 without sliding wherever `contacts` says so, and pass smoothly in between.
@@ -28,15 +28,15 @@ def place_feet(
         knees: (T, 2, 3) knees, for how far the ankles bend and which way the legs fold [m].
         contacts: (T, 2) standing feet.
         fps: frames per second [1/s].
-        body: the humanoid.
+        character: the humanoid.
         settings: thresholds; None for the defaults.
 
     Returns:
         the poses, and the contacts without the frames in which a foot lets go or slides to another place.
     """
     settings = settings or FootholdSettings()
-    centres, radii = sole_geometry(body)
-    held = hold_feet(feet, hips, knees, contacts, fps, body, settings)
+    centres, radii = sole_geometry(character)
+    held = hold_feet(feet, hips, knees, contacts, fps, character, settings)
     position, rotation = held.feet.position.copy(), held.feet.rotation.copy()
     longest = max(2, round(settings.ease * fps))
     for side, spans in enumerate(held.spans):
@@ -47,27 +47,29 @@ def place_feet(
         turned = Rotation.from_matrix(turn).as_rotvec()
         _ease(turned, spans, longest)
         rotation[:, side] = Rotation.from_rotvec(turned).as_matrix() @ feet.rotation[:, side]
-    contacts = held.contacts & ~_passing(FootPoses(position, rotation), held, fps, body, settings)
+    contacts = held.contacts & ~_passing(FootPoses(position, rotation), held, fps, character, settings)
     # a swinging foot passes over the floor; a standing foot between two footholds turns on it
-    low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
+    low = sole_points(FootPoses(position, rotation), character)[..., 2].min(axis=-1)
     for side in range(2):
         sunk = np.flatnonzero((low[:, side] < 0) & ~contacts[:, side])
         if len(sunk):
             rotation[sunk, side] = _tip(
                 rotation[sunk, side], position[sunk, side, 2], centres[side], radii[side], settings.tip
             )
-    low = sole_points(FootPoses(position, rotation), body)[..., 2].min(axis=-1)
+    low = sole_points(FootPoses(position, rotation), character)[..., 2].min(axis=-1)
     contacts &= low < settings.resting
     lowered = np.where(held.bearing, np.minimum(low, settings.resting), np.minimum(0.0, low))
     position[..., 2] -= np.where(contacts, lowered, np.minimum(lowered, _spare(hips, knees, feet.position, settings)))
     return FootPoses(position, rotation), contacts
 
 
-def _passing(feet: FootPoses, held: Held, fps: float, body: Body, settings: FootholdSettings) -> NDArray[np.bool_]:
+def _passing(
+    feet: FootPoses, held: Held, fps: float, character: Character, settings: FootholdSettings
+) -> NDArray[np.bool_]:
     """(T, 2) feet on the floor that are not held, and move over it."""
     if len(feet.position) < 2:
         return np.zeros(held.contacts.shape, dtype=bool)
-    points = sole_points(feet, body)
+    points = sole_points(feet, character)
     speed = np.linalg.norm(np.gradient(points[..., :2], 1 / fps, axis=0), axis=-1)
     lowest = np.take_along_axis(speed, points[..., 2].argmin(axis=-1)[..., None], axis=-1)[..., 0]
     free = np.ones(held.contacts.shape, dtype=bool)

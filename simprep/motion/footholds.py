@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from simprep.humanoid import Body, humanoid_model
+from simprep.character import Character
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import foot_geom_ids
 from simprep.motion.rotations import axis_rotation
@@ -86,16 +86,16 @@ class FootPoses:
     rotation: NDArray[np.float64]
 
 
-def sole_geometry(body: Body) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def sole_geometry(character: Character) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Centres (2, 4, 3) in the foot's frame and radii (2, 4) of the foot spheres [m]."""
-    model = humanoid_model(body)
-    ids = foot_geom_ids(body)
+    model = character.model
+    ids = foot_geom_ids(character)
     return np.array(model.geom_pos[ids]), np.array(model.geom_size[ids, 0])
 
 
-def sole_points(feet: FootPoses, body: Body) -> NDArray[np.float64]:
+def sole_points(feet: FootPoses, character: Character) -> NDArray[np.float64]:
     """Lowest points of the foot spheres, (T, 2, 4, 3) [m]."""
-    centres, radii = sole_geometry(body)
+    centres, radii = sole_geometry(character)
     points = feet.position[:, :, None] + np.einsum("tsij,spj->tspi", feet.rotation, centres)
     points[..., 2] -= radii
     return np.asarray(points)
@@ -124,7 +124,7 @@ def hold_feet(
     knees: NDArray[np.float64],
     contacts: NDArray[np.bool_],
     fps: float,
-    body: Body,
+    character: Character,
     settings: FootholdSettings,
 ) -> Held:
     """Standing feet on the floor z = 0, without sliding.
@@ -135,13 +135,13 @@ def hold_feet(
         knees: (T, 2, 3) knees, for how far the ankles bend and which way the legs fold [m].
         contacts: (T, 2) standing feet.
         fps: frames per second [1/s].
-        body: the humanoid.
+        character: the humanoid.
         settings: thresholds.
     """
-    centres, radii = sole_geometry(body)
+    centres, radii = sole_geometry(character)
     bearing = contacts.copy()
     position, rotation = feet.position.copy(), feet.rotation.copy()
-    points = sole_points(feet, body)
+    points = sole_points(feet, character)
     slides: list[tuple[int, int, int]] = []
     spans: tuple[list[tuple[int, int]], list[tuple[int, int]]] = ([], [])
     for side, held in enumerate(spans):

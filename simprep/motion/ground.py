@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from simprep.humanoid import BODIES, FEET, GRAVITY, SIDES, Body, humanoid_model
+from simprep.character import SIDES, Character
+from simprep.humanoid import BODIES, FEET, GRAVITY
 from simprep.motion.contacts import contacts_of_points, stances
 from simprep.motion.foot_passage import place_feet
 from simprep.motion.footholds import FootPoses, sole_points
@@ -62,22 +63,22 @@ class Placed:
     warnings: tuple[str, ...] = ()
 
 
-def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | None = None) -> Placed:
+def place_on_floor(targets: Targets, character: Character, settings: RetargetSettings | None = None) -> Placed:
     """Find the floor, place the feet and solve the clip.
 
     Cyclic clips are treated as the middle one of three cycles, so that their ends fit.
 
     Args:
         targets: the source with our bone lengths, anywhere over its own floor.
-        body: the humanoid.
+        character: the humanoid.
         settings: of the inverse kinematics.
     """
     n = len(targets.positions)
     cyclic = targets.step is not None
     whole = _three_cycles(targets) if cyclic else targets
-    levelled, warnings = level_floor(whole, body)
+    levelled, warnings = level_floor(whole, character)
     feet = FootPoses(levelled.positions[:, FEET], levelled.orientations[:, 3:5])
-    soles = sole_points(feet, body)
+    soles = sole_points(feet, character)
     touching = contacts_of_points(soles, targets.fps)
     lowest = soles[..., 2].min(axis=-1)
     touching &= ~((lowest - lowest[:, ::-1] > HIGHER) & touching[:, ::-1])
@@ -90,36 +91,36 @@ def place_on_floor(targets: Targets, body: Body, settings: RetargetSettings | No
         # the body follows its feet, and their footholds follow the body
         feet = FootPoses(whole.positions[:, FEET], levelled.orientations[:, 3:5])
         placed, contacts = place_feet(
-            feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, body
+            feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, character
         )
         shift = _smooth_mean(placed.position - feet.position, contacts, FOLLOW_S * targets.fps)
         whole = replace(whole, positions=whole.positions + shift[:, None])
         whole.positions[...] -= _strayed(whole, levelled)[:, None]
     feet = FootPoses(whole.positions[:, FEET], levelled.orientations[:, 3:5])
     placed, contacts = place_feet(
-        feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, body
+        feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, character
     )
-    whole = _follow(whole, levelled, placed, contacts, body)
+    whole = _follow(whole, levelled, placed, contacts, character)
     shank = whole.positions[:, KNEES] - whole.positions[:, FEET]
     standing = contacts & (shank[..., 2] > UPRIGHT * np.linalg.norm(shank, axis=-1))  # kneeling, a foot only lies there
     if cyclic:
         before = min(n, round(PREROLL_S * targets.fps))
         keep = slice(n - before, 2 * n)
         part = replace(whole, positions=whole.positions[keep], orientations=whole.orientations[keep])
-        solution = solve(part, standing[keep], body, settings)
+        solution = solve(part, standing[keep], character, settings)
         qpos, unsettled = solution.qpos[before:], solution.unsettled[before:]
         contacts, standing = contacts[n : 2 * n], standing[n : 2 * n]
         assert targets.step is not None
         qpos[:, :3] -= targets.step
     else:
-        solution = solve(whole, standing, body, settings)
+        solution = solve(whole, standing, character, settings)
         qpos, unsettled = solution.qpos, solution.unsettled
-    lowered = set_down(qpos, targets.fps, body, cyclic)
+    lowered = set_down(qpos, targets.fps, character, cyclic)
     if lowered.max(initial=0.0) > HOVERING:
         warnings.append(f"the body hovered over the floor by up to {lowered.max():.2f} m without falling: set down")
     qpos[:, 2] -= lowered
     # a kneeling or lying foot supports where it touches
-    shown = forward_kinematics(qpos, body).foot_points[..., 2].min(axis=-1)
+    shown = forward_kinematics(qpos, character).foot_points[..., 2].min(axis=-1)
     contacts &= standing | (shown < TOUCHING)
     return Placed(qpos, contacts, unsettled, tuple(warnings))
 
@@ -130,7 +131,7 @@ def _three_cycles(targets: Targets) -> Targets:
     return replace(targets, positions=positions, orientations=np.tile(targets.orientations, (3, 1, 1, 1)))
 
 
-def level_floor(targets: Targets, body: Body) -> tuple[Targets, list[str]]:
+def level_floor(targets: Targets, character: Character) -> tuple[Targets, list[str]]:
     """Shift the targets so that the floor is at z = 0; an uneven ground is levelled.
 
     The floor is where feet are still: the median height of the lower foot's sole while it hardly moves. Where knees,
@@ -138,13 +139,13 @@ def level_floor(targets: Targets, body: Body) -> tuple[Targets, list[str]]:
 
     Args:
         targets: the source with our bone lengths.
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         the shifted targets, and warnings.
     """
     feet = FootPoses(targets.positions[:, FEET], targets.orientations[:, 3:5])
-    points = sole_points(feet, body)
+    points = sole_points(feet, character)
     lowest = points[..., 2].min(axis=-1)  # (T, 2)
     lower = lowest.min(axis=1)
     n, fps = len(lower), targets.fps
@@ -210,10 +211,12 @@ def _strayed(targets: Targets, source: Targets) -> NDArray[np.float64]:
     return np.asarray(gaussian_filter1d(way, stray_s * targets.fps, axis=0, mode="nearest") * [1.0, 1.0, 0.0])
 
 
-def _follow(targets: Targets, source: Targets, feet: FootPoses, contacts: NDArray[np.bool_], body: Body) -> Targets:
+def _follow(
+    targets: Targets, source: Targets, feet: FootPoses, contacts: NDArray[np.bool_], character: Character
+) -> Targets:
     """The rest of the body follows its feet: the mean shift of the standing feet, smoothed; knees in their planes."""
     fps = targets.fps
-    model = humanoid_model(body)
+    model = character.model
     thigh, shank = (
         float(np.linalg.norm(model.body_pos[1 + BODIES.index(f"left_{part}")])) for part in ("shank", "foot")
     )

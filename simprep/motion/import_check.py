@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import BODIES, HINGES, SIDES, Body, humanoid_model
+from simprep.character import SIDES, Character
+from simprep.humanoid import BODIES, HINGES
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.targets import Targets, unit
@@ -81,16 +82,18 @@ class ImportCheck:
         return not all(limb.good for limb in self.limbs.values())
 
 
-def check_import(qpos: NDArray[np.float64], unsettled: NDArray[np.bool_], targets: Targets, body: Body) -> ImportCheck:
+def check_import(
+    qpos: NDArray[np.float64], unsettled: NDArray[np.bool_], targets: Targets, character: Character
+) -> ImportCheck:
     """Compare an import with its source.
 
     Args:
         qpos: (T, 44) poses.
         unsettled: (T,) frames whose inverse kinematics did not settle.
         targets: the source's joints with our bone lengths, before feet were placed.
-        body: the humanoid.
+        character: the humanoid.
     """
-    ours = forward_kinematics(qpos, body).xpos
+    ours = forward_kinematics(qpos, character).xpos
     distance = 1000 * np.linalg.norm((ours - ours[:, :1]) - (targets.positions - targets.positions[:, :1]), axis=-1)[
         :, 1:
     ].mean(axis=1)
@@ -110,7 +113,7 @@ def check_import(qpos: NDArray[np.float64], unsettled: NDArray[np.bool_], target
                 f"the {limb.replace('_', ' ')} points up to {error.max_deg:.0f} deg away from the file's (frame {worst}; "
                 f"95 % of the frames within {error.p95_deg:.0f}); more than {limit:.0f} in frames {_spans(angle > limit)}"
             )
-    low, high = humanoid_model(body).jnt_range[1:].T
+    low, high = character.model.jnt_range[1:].T
     share = ((qpos[:, 7:] < low + AT_LIMIT) | (qpos[:, 7:] > high - AT_LIMIT)).mean(axis=0)
     saturated = {name: float(value) for name, value in zip(HINGES, share) if value > LONG_AT_LIMIT}
     if unsettled.any():

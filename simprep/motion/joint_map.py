@@ -16,8 +16,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.character import SIDES
 from simprep.errors import MotionFileError, UnknownNameError
-from simprep.humanoid import SIDES
 from simprep.motion.formats.text import open_text
 
 LIMB_PARTS = ("thigh", "shank", "foot", "upper_arm", "forearm", "hand")

@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import DEFAULT_BODY, FOOT_GEOMS, SIDES, Body, humanoid_model
+from simprep.character import SIDES, Character
+from simprep.humanoid import FOOT_GEOMS, humanoid
 from simprep.motion.rotations import rotation_matrix
 
 
@@ -29,34 +30,34 @@ class Kinematics:
     foot_points: NDArray[np.float64]
 
 
-def foot_geom_ids(body: Body = DEFAULT_BODY) -> NDArray[np.intp]:
+def foot_geom_ids(character: Character = humanoid()) -> NDArray[np.intp]:
     """Geom ids of the foot spheres in the humanoid-only model.
 
     Returns:
         (2, 4): left, right x `FOOT_GEOMS`.
     """
-    model = humanoid_model(body)
+    model = character.model
     return np.array([[model.geom(f"{side}_{part}").id for part in FOOT_GEOMS] for side in SIDES], dtype=np.intp)
 
 
-def forward_kinematics(qpos: NDArray[np.float64], body: Body = DEFAULT_BODY) -> Kinematics:
+def forward_kinematics(qpos: NDArray[np.float64], character: Character = humanoid()) -> Kinematics:
     """Kinematics of every pose.
 
     Args:
         qpos: (T, 44) poses.
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         Kinematics with T frames.
     """
-    model = humanoid_model(body)
+    model = character.model
     data = mujoco.MjData(model)
     n = len(qpos)
     xpos = np.empty((n, 17, 3))
     xquat = np.empty((n, 17, 4))
     xipos = np.empty((n, 17, 3))
     geoms = np.empty((n, 2, 4, 3))
-    feet = foot_geom_ids(body)
+    feet = foot_geom_ids(character)
     data_qpos, data_xpos, data_xquat = data.qpos, data.xpos, data.xquat
     data_xipos, data_geom = data.xipos, data.geom_xpos
     for frame in range(n):
@@ -71,18 +72,18 @@ def forward_kinematics(qpos: NDArray[np.float64], body: Body = DEFAULT_BODY) -> 
     return Kinematics(xpos, xquat, xipos, np.einsum("b,tbi->ti", mass, xipos) / mass.sum(), geoms)
 
 
-def body_clearance(qpos: NDArray[np.float64], body: Body = DEFAULT_BODY) -> NDArray[np.float64]:
+def body_clearance(qpos: NDArray[np.float64], character: Character = humanoid()) -> NDArray[np.float64]:
     """Height of the lowest point of each body's geoms above z = 0.
 
     Args:
         qpos: (T, 44) poses.
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         (T, 17) [m]; negative in the floor.
     """
-    model = humanoid_model(body)
-    kinematics = forward_kinematics(qpos, body)
+    model = character.model
+    kinematics = forward_kinematics(qpos, character)
     clearance = np.full((len(qpos), 17), np.inf)
     rotation = rotation_matrix(kinematics.xquat)[..., 2, :]  # (T, 17, 3) third row of each rotation matrix
     for geom in range(model.ngeom):

@@ -14,7 +14,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import DEFAULT_BODY, FOOT_GEOMS, LEG_JOINTS, SIDES, Body, hinge_index, humanoid_model
+from simprep.character import SIDES, Character
+from simprep.humanoid import FOOT_GEOMS, LEG_JOINTS, hinge_index, humanoid
 from simprep.motion.rotations import axis_rotation
 
 Array = NDArray[np.float64]
@@ -51,9 +52,9 @@ _AXES = (1, 0, 2, 1, 1, 0)
 
 
 @lru_cache(maxsize=16)
-def legs(body: Body = DEFAULT_BODY) -> tuple[Leg, Leg]:
+def legs(character: Character = humanoid()) -> tuple[Leg, Leg]:
     """Left and right leg of a body."""
-    model = humanoid_model(body)
+    model = character.model
     found = []
     for side in SIDES:
         joints = [model.joint(f"{side}_{name}") for name in LEG_JOINTS]

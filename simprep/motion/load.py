@@ -6,8 +6,9 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from simprep.character import Character
 from simprep.errors import MotionError, MotionFileError, SettingError
-from simprep.humanoid import DEFAULT_BODY, Body, body_of_leg
+from simprep.humanoid import humanoid, humanoid_of_leg
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.formats.text import MAX_FILE_BYTES
 from simprep.motion.import_check import ImportCheck, check_import
@@ -76,7 +77,7 @@ def load_motion(
     up: str | None = None,
     scale: float | None = None,
     joint_map: Mapping[str, str] | str | Path | None = None,
-    body: Body = DEFAULT_BODY,
+    character: Character = humanoid(),
 ) -> Motion:
     """Load a motion file onto our humanoid.
 
@@ -86,7 +87,7 @@ def load_motion(
         up: the file's vertical axis, `x`, `y` or `z`; None to find it.
         scale: metres per file unit; None to find it.
         joint_map: our parts to the file's joint names, or a JSON file with that; for foreign names.
-        body: the humanoid to move (an .npz keeps its own).
+        character: the humanoid to move (an .npz keeps its own).
 
     Returns:
         The motion, retargeted, its feet on the floor z = 0. A Python warning says if it is doubtful, that is if a limb
@@ -95,7 +96,7 @@ def load_motion(
     Raises:
         SimprepError: the file or a setting cannot be used; the message says why and what is valid.
     """
-    result = import_motion(path, fps, up, scale, joint_map, body)
+    result = import_motion(path, fps, up, scale, joint_map, character)
     if result.report.doubtful:
         warnings.warn(f"{path}: doubtful import: {result.report.warnings[0]}", stacklevel=2)
     return result.motion
@@ -107,7 +108,7 @@ def import_motion(
     up: str | None = None,
     scale: float | None = None,
     joint_map: Mapping[str, str] | str | Path | None = None,
-    body: Body = DEFAULT_BODY,
+    character: Character = humanoid(),
 ) -> ImportResult:
     """Load a motion file and report how; arguments and errors as for `load_motion`."""
     path = Path(path)
@@ -119,7 +120,7 @@ def import_motion(
         raise MotionFileError(path, f"larger than {MAX_FILE_BYTES // 10**6} MB")
     if path.suffix.lower() == ".npz":
         return _own(path, fps)
-    return retarget_clip(read_source(path), fps, up, scale, joint_map, body)
+    return retarget_clip(read_source(path), fps, up, scale, joint_map, character)
 
 
 def retarget_clip(
@@ -128,7 +129,7 @@ def retarget_clip(
     up: str | None = None,
     scale: float | None = None,
     joint_map: Mapping[str, str] | str | Path | None = None,
-    body: Body | None = DEFAULT_BODY,
+    character: Character | None = humanoid(),
     keep_travel: bool = False,
 ) -> ImportResult:
     """Bring a foreign skeleton's motion onto our humanoid.
@@ -139,7 +140,7 @@ def retarget_clip(
         up: the file's vertical axis; None to find it.
         scale: metres per file unit; None to find it.
         joint_map: our parts to the file's joint names, or a JSON file with that.
-        body: the humanoid to move; None for one with the legs of the person in the file, whose travel then needs no
+        character: the humanoid to move; None for one with the legs of the person in the file, whose travel then needs no
             scaling, so that several people keep the distances between them.
         keep_travel: do not scale the way over the floor by the length of the legs.
 
@@ -159,16 +160,16 @@ def retarget_clip(
         joint_map = read_joint_map(joint_map)
     joints = find_joints(path, clip.names, clip.parents, joint_map)
     source = normalise(clip, joints, fps, up, scale)
-    if body is None:
+    if character is None:
         try:
-            body = body_of_leg(leg_length(source.clip.positions, joints))
+            character = humanoid_of_leg(leg_length(source.clip.positions, joints))
         except SettingError as error:
             raise MotionFileError(
                 path, f"the person's {error}; another length unit can be given with --scale"
             ) from None
-    targets = build_targets(source, joints, body, keep_travel)
+    targets = build_targets(source, joints, character, keep_travel)
     try:
-        placed = place_on_floor(targets, body)
+        placed = place_on_floor(targets, character)
     except MotionError as error:
         raise MotionFileError(path, str(error)) from None
     motion = Motion(
@@ -178,9 +179,9 @@ def retarget_clip(
         name=path.stem,
         source=f"{clip.format} file {path.name}",
         loop=targets.step is not None,
-        body=body,
+        character=character,
     )
-    check = check_import(placed.qpos, placed.unsettled, targets, body)
+    check = check_import(placed.qpos, placed.unsettled, targets, character)
     notes = [*check.warnings, *source.warnings, *targets.warnings, *placed.warnings]
     if joints.unused:
         shown = ", ".join(joints.unused[:12]) + (", ..." if len(joints.unused) > 12 else "")

@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.character import Character
 from simprep.errors import MotionError
-from simprep.humanoid import DEFAULT_BODY, N_QPOS, Body, humanoid_model
+from simprep.humanoid import N_QPOS, humanoid
 
 MAX_FPS = 1000.0
 MIN_FPS = 1.0
@@ -28,7 +29,7 @@ class Motion:
         name: short name for tables and files.
         source: where the motion came from (file, generator), for reports.
         loop: the motion is one cycle: the frame after the last is the first, moved by the root displacement.
-        body: stature and mass of the humanoid whose poses these are.
+        character: stature and mass of the humanoid whose poses these are.
 
     Raises:
         MotionError: no frames, wrong shapes, NaN, a zero quaternion, a bad frame rate or an event outside the frames.
@@ -41,7 +42,7 @@ class Motion:
     name: str = "motion"
     source: str = ""
     loop: bool = False
-    body: Body = DEFAULT_BODY
+    character: Character = humanoid()
 
     def __post_init__(self) -> None:
         qpos = np.array(self.qpos, dtype=np.float64)
@@ -91,21 +92,21 @@ class Motion:
         Returns:
             (T, 43) qvel: root linear velocity (world) [m/s], root angular velocity (body frame) [rad/s], hinges [rad/s].
         """
-        return differentiate(self.qpos, self.fps, self.body)
+        return differentiate(self.qpos, self.fps, self.character)
 
 
-def differentiate(qpos: NDArray[np.float64], fps: float, body: Body = DEFAULT_BODY) -> NDArray[np.float64]:
+def differentiate(qpos: NDArray[np.float64], fps: float, character: Character = humanoid()) -> NDArray[np.float64]:
     """Generalised velocities of a pose sequence: central differences, one-sided at the ends.
 
     Args:
         qpos: (T, 44) poses.
         fps: frames per second [1/s].
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         (T, 43) qvel in MuJoCo's convention; zero where there is only one frame.
     """
-    model = humanoid_model(body)
+    model = character.model
     n = len(qpos)
     qvel = np.zeros((n, model.nv))
     for frame in range(n):

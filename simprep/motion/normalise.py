@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from simprep.character import SIDES
 from simprep.errors import MotionFileError, SettingError
-from simprep.humanoid import SIDES
 from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip
 from simprep.motion.joint_map import JointMap
 from simprep.motion.motion import MAX_FPS, MIN_FPS

@@ -8,8 +8,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.character import SIDES, Character
 from simprep.errors import MotionError
-from simprep.humanoid import ARM_JOINTS, BODIES, SIDES, Body, hinge_index, humanoid_model
+from simprep.humanoid import ARM_JOINTS, BODIES, hinge_index
 from simprep.motion.closed_form import closed_form
 from simprep.motion.footholds import knee_offset
 from simprep.motion.targets import ORIENTED, Targets, unit
@@ -164,8 +165,8 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         jacobian, rows = self.jacobian, 3 * len(BODIES)
         for number in range(len(BODIES)):
             mujoco.mj_jacBody(model, data, jacobian[3 * number : 3 * number + 3], None, number + 1)
-        for number, body in enumerate(self.turned):
-            mujoco.mj_jacBody(model, data, None, jacobian[rows + 3 * number : rows + 3 * number + 3], int(body))
+        for number, character in enumerate(self.turned):
+            mujoco.mj_jacBody(model, data, None, jacobian[rows + 3 * number : rows + 3 * number + 3], int(character))
         for hand in self.bones[
             1::2
         ]:  # a forearm's own origin does not depend on the shoulder's hinges: its row is right
@@ -208,16 +209,16 @@ class Floor:
 
     def __init__(self, model: mujoco.MjModel, near: float = 0.06) -> None:
         geoms = [g for g in range(model.ngeom) if model.geom_contype[g] and model.geom_type[g] in (2, 3)]
-        ends, owner, body, radius = [], [], [], []
+        ends, owner, character, radius = [], [], [], []
         for geom in geoms:
             capsule = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE
             for side in (1.0, -1.0) if capsule else (0.0,):
                 ends.append([0.0, 0.0, side * model.geom_size[geom, 1]])
                 owner.append(geom)
-                body.append(model.geom_bodyid[geom])
+                character.append(model.geom_bodyid[geom])
                 radius.append(model.geom_size[geom, 0])
         self.model, self.ends, self.owner = model, np.array(ends), np.array(owner)
-        self.body, self.radius, self.near = np.array(body), np.array(radius), near
+        self.body, self.radius, self.near = np.array(character), np.array(radius), near
         self._jacobian = np.zeros((3, model.nv))
 
     def points(self, data: mujoco.MjData) -> NDArray[np.float64]:
@@ -240,7 +241,7 @@ class Floor:
 def solve(
     targets: Targets,
     standing: NDArray[np.bool_],
-    body: Body,
+    character: Character,
     settings: RetargetSettings | None = None,
     floor: bool = True,
 ) -> Solution:
@@ -249,7 +250,7 @@ def solve(
     Args:
         targets: where the joints should be.
         standing: (T, 2) whether each foot's target is a foothold to be met closely.
-        body: the humanoid.
+        character: the humanoid.
         settings: weights and effort.
         floor: keep the body over the floor z = 0.
 
@@ -260,8 +261,8 @@ def solve(
         MotionError: no solution (targets that are not finite).
     """
     settings = settings or RetargetSettings()
-    model = humanoid_model(body)
-    start = closed_form(targets, body)
+    model = character.model
+    start = closed_form(targets, character)
     configuration = mink.Configuration(model, start[0])
     task = BodyTask(model, settings, targets.oriented)
     limit = Floor(model) if floor else None

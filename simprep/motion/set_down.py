@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
-from simprep.humanoid import GRAVITY, Body
+from simprep.character import Character
+from simprep.humanoid import GRAVITY
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import body_clearance, forward_kinematics
 
@@ -17,7 +18,7 @@ FALL_SHARE = 0.5
 SMOOTHING_S = 0.04
 
 
-def set_down(qpos: NDArray[np.float64], fps: float, body: Body, cyclic: bool = False) -> NDArray[np.float64]:
+def set_down(qpos: NDArray[np.float64], fps: float, character: Character, cyclic: bool = False) -> NDArray[np.float64]:
     """Lower the root in the spans in which nothing touches the floor although the body does not fall freely.
 
     Whether a span is flight is read from the parabola that fits its COM height best. Nothing is lowered below the floor.
@@ -25,7 +26,7 @@ def set_down(qpos: NDArray[np.float64], fps: float, body: Body, cyclic: bool = F
     Args:
         qpos: (T, 44) poses.
         fps: frames per second [1/s].
-        body: the humanoid.
+        character: the humanoid.
         cyclic: the last frame is followed by the first.
 
     Returns:
@@ -33,8 +34,8 @@ def set_down(qpos: NDArray[np.float64], fps: float, body: Body, cyclic: bool = F
     """
     n = len(qpos)
     shown = np.arange(-n, 2 * n) % n if cyclic else np.arange(n)
-    clearance = body_clearance(qpos, body).min(axis=1)[shown]
-    height = forward_kinematics(qpos, body).com[shown, 2]
+    clearance = body_clearance(qpos, character).min(axis=1)[shown]
+    height = forward_kinematics(qpos, character).com[shown, 2]
     hovering = np.zeros(len(shown))
     for first, after in stances(clearance > HOVER_M):
         if after - first >= LEAST_S * fps and _acceleration(height[first:after], fps) > -FALL_SHARE * GRAVITY:

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from simprep.archive import open_archive, write_archive
 from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, Body
+from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, humanoid
 from simprep.motion.formats.foreign import npz_kind
 from simprep.motion.formats.numbers import LARGEST
 from simprep.motion.formats.skeleton import MAX_VALUES
@@ -38,8 +38,8 @@ def save_motion(motion: Motion, path: str | Path) -> Path:
         "name": motion.name,
         "source": motion.source,
         "loop": motion.loop,
-        "height_m": motion.body.height_m,
-        "mass_kg": motion.body.mass_kg,
+        "height_m": motion.character.height_m,
+        "mass_kg": motion.character.mass_kg,
     }
     return write_archive(path, header, {"qpos": motion.qpos, "contacts": motion.contacts})
 
@@ -69,7 +69,7 @@ def read_motion(path: str | Path) -> Motion:
             name=str(header["name"]),
             source=str(header["source"]),
             loop=bool(header["loop"]),
-            body=Body(header["height_m"], header["mass_kg"]),
+            character=humanoid(header["height_m"], header["mass_kg"]),
         )
 
 

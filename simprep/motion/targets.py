@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import BODIES, SIDES, Body, humanoid_model
+from simprep.character import SIDES, Character
+from simprep.humanoid import BODIES
 from simprep.motion.joint_map import JointMap
 from simprep.motion.normalise import Normalised
 
@@ -70,7 +71,7 @@ def frame_from(left: NDArray[np.float64], up: NDArray[np.float64]) -> NDArray[np
     return np.stack([x, y, np.cross(x, y)], axis=-1)
 
 
-def build_targets(source: Normalised, joints: JointMap, body: Body, keep_travel: bool = False) -> Targets:
+def build_targets(source: Normalised, joints: JointMap, character: Character, keep_travel: bool = False) -> Targets:
     """Give the source's bones our lengths.
 
     Travel and pelvis height are scaled by the ratio of the leg lengths. Where the source has other trunk joints than
@@ -80,12 +81,12 @@ def build_targets(source: Normalised, joints: JointMap, body: Body, keep_travel:
     Args:
         source: the clip in metres, z up.
         joints: its joint map.
-        body: the humanoid.
+        character: the humanoid.
         keep_travel: leave the way over the floor as recorded, so that several people keep the distances between them;
             strides then fit the legs less well.
     """
     clip = source.clip
-    model = humanoid_model(body)
+    model = character.model
     offset = {name: np.array(model.body_pos[1 + number]) for number, name in enumerate(BODIES)}
     length = {name: float(np.linalg.norm(value)) for name, value in offset.items()}
     at = {role: clip.positions[:, index] for role, index in joints.joints.items()}

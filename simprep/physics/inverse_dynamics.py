@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import lsq_linear, nnls
 
-from simprep.humanoid import GRAVITY, humanoid_model
+from simprep.humanoid import GRAVITY
 from simprep.physics.bodies import scene_bodies
 from simprep.physics.reference import Reference
 
@@ -55,7 +55,7 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
     """
     settings = settings or InverseDynamicsSettings()
     fps = reference.motion.fps
-    model = humanoid_model(reference.motion.body)
+    model = reference.motion.character.model
     # the shared model is read only; contacts are ours to find, and limits do not push in a reference
     model = _without_constraints(model)
     data = mujoco.MjData(model)

@@ -137,7 +137,7 @@ class BodyRecorder:
     Args:
         steps: steps at most.
         model: of the scene.
-        body: which body of it.
+        character: which body of it.
     """
 
     def __init__(self, steps: int, model: mujoco.MjModel, body: SceneBody) -> None:

@@ -8,8 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from simprep.character import Character
 from simprep.errors import MotionError
-from simprep.humanoid import Body
 from simprep.physics.bodies import IntArray, SceneBody, geom_owners, scene_bodies
 from simprep.scene import SceneSettings, build_scene
 
@@ -52,13 +52,13 @@ def place(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[SceneBody
         bodies: of the scene.
         poses: qpos of each.
     """
-    for body, pose in zip(bodies, poses, strict=True):
-        data.qpos[body.qpos] = pose
+    for character, pose in zip(bodies, poses, strict=True):
+        data.qpos[character.qpos] = pose
     mujoco.mj_kinematics(model, data)
     mujoco.mj_collision(model, data)
 
 
-def overlap_of_poses(poses: Sequence[ArrayLike], bodies: Sequence[Body]) -> FloatArray:
+def overlap_of_poses(poses: Sequence[ArrayLike], bodies: Sequence[Character]) -> FloatArray:
     """Depth of the deepest overlap between geoms of two different bodies in every frame.
 
     The geoms are those that collide in simulation; the depth of two capsules is the sum of their radii less the distance
@@ -76,7 +76,7 @@ def overlap_of_poses(poses: Sequence[ArrayLike], bodies: Sequence[Body]) -> Floa
     """
     each = [np.asarray(one, dtype=np.float64) for one in poses]
     model, layout, owner = _scene(tuple(bodies))
-    widths = [body.qpos.stop - body.qpos.start for body in layout]
+    widths = [character.qpos.stop - character.qpos.start for character in layout]
     if [one.shape for one in each] != [(len(each[0]), width) for width in widths]:
         valid = ", ".join(f"(T, {width})" for width in widths)
         raise MotionError(f"poses have shapes {', '.join(str(one.shape) for one in each)}; valid: {valid}")
@@ -91,7 +91,7 @@ def overlap_of_poses(poses: Sequence[ArrayLike], bodies: Sequence[Body]) -> Floa
 
 
 @lru_cache(maxsize=4)
-def _scene(bodies: tuple[Body, ...]) -> tuple[mujoco.MjModel, tuple[SceneBody, ...], IntArray]:
+def _scene(bodies: tuple[Character, ...]) -> tuple[mujoco.MjModel, tuple[SceneBody, ...], IntArray]:
     model = build_scene(SceneSettings(bodies))
     layout = scene_bodies(model)
     return model, layout, geom_owners(model, layout)[0]

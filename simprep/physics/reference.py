@@ -66,13 +66,13 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
         raise MotionError(f"{motion.name}: {len(motion)} frame; tracking needs at least 2")
     fps = 1.0 / timestep
     plain = Motion(
-        motion.qpos, motion.fps, motion.contacts, motion.events, motion.name, motion.source, False, motion.body
+        motion.qpos, motion.fps, motion.contacts, motion.events, motion.name, motion.source, False, motion.character
     )
     steps = int(np.floor(plain.duration * fps + 1e-9))
     qpos = sample(plain, np.arange(steps + 1, dtype=np.float64) * timestep)
     if settings.smoothing > 0:
         qpos = _smooth(qpos, settings.smoothing * fps)
-    clearance = body_clearance(qpos, motion.body)
+    clearance = body_clearance(qpos, motion.character)
     lift = np.zeros(len(qpos))
     if settings.lift:
         lift = _lift_offset(-clearance.min(axis=1), settings.lift_smoothing * fps)
@@ -81,12 +81,12 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
     at_rate = resample(plain, fps)
     contacts = at_rate.contacts[np.minimum(np.arange(steps + 1), len(at_rate) - 1)]
     events = {key: min(frame, steps) for key, frame in at_rate.events.items()}
-    processed = Motion(qpos, fps, contacts, events, motion.name, motion.source, False, motion.body)
+    processed = Motion(qpos, fps, contacts, events, motion.name, motion.source, False, motion.character)
     return Reference(
         motion=processed,
         qpos=processed.qpos,
-        qvel=differentiate(processed.qpos, fps, motion.body),
-        kinematics=forward_kinematics(processed.qpos, motion.body),
+        qvel=differentiate(processed.qpos, fps, motion.character),
+        kinematics=forward_kinematics(processed.qpos, motion.character),
         clearance=clearance,
         processing={**asdict(settings), "largest_lift_m": float(lift.max()), "start": "exactly on the reference"},
     )

@@ -263,7 +263,7 @@ class Run:
             contacts=contacts,
             name=f"{self.reference.name}_{self.controller}",
             source=f"simulated: {self.reference.source}",
-            body=self.reference.body,
+            character=self.reference.character,
         )
 
     def __getitem__(self, steps: slice) -> "Run":

@@ -74,7 +74,7 @@ def simulate(
     settings = settings or SimulationSettings()
     make = _factory(controller, settings.mpc)
     motions = _checked(motions)
-    scene = replace(settings.scene, bodies=tuple(motion.body for motion in motions))
+    scene = replace(settings.scene, bodies=tuple(motion.character for motion in motions))
     model = build_scene(scene)
     references = tuple(make_reference(motion, scene.timestep, settings.reference) for motion in motions)
     task = ControlTask(model, scene, scene_bodies(model), references, seed)

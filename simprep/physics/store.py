@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from simprep.archive import open_archive, write_archive
 from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, Body
+from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.contacts import BodyContact
 from simprep.physics.run import Assist, BodyRun, Run
@@ -145,15 +145,15 @@ def _motion_header(motion: Motion) -> dict[str, Any]:
         "name": motion.name,
         "source": motion.source,
         "loop": motion.loop,
-        "height_m": motion.body.height_m,
-        "mass_kg": motion.body.mass_kg,
+        "height_m": motion.character.height_m,
+        "mass_kg": motion.character.mass_kg,
     }
 
 
 def _motion(header: Mapping[str, Any], qpos: NDArray[np.float64], contacts: NDArray[np.bool_]) -> Motion:
     own = dict(header)
-    body = Body(own.pop("height_m"), own.pop("mass_kg"))
-    return Motion(qpos=qpos, contacts=contacts, body=body, **own)
+    character = humanoid(own.pop("height_m"), own.pop("mass_kg"))
+    return Motion(qpos=qpos, contacts=contacts, character=character, **own)
 
 
 def _plain(value: Any) -> Any:

@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from simprep.humanoid import BODIES, DEFAULT_BODY, FEET, FOOT_GEOMS, SIDES, Body
+from simprep.character import SIDES, Character
+from simprep.humanoid import BODIES, FEET, FOOT_GEOMS, humanoid
 from simprep.motion.contacts import stances
 from simprep.motion.curves import dying_away, minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -82,7 +83,7 @@ def plant_feet(
     weight: Array,
     reference_height: Array,
     fps: float,
-    body: Body = DEFAULT_BODY,
+    character: Character = humanoid(),
     settings: PreparationSettings = DEFAULT_SETTINGS,
     start: Array | None = None,
     standing: Standing = _AS_EVER,
@@ -96,12 +97,12 @@ def plant_feet(
         weight: (T,) how far `qpos` is from the source: 0 = it is the source, 1 = nothing of it is left.
         reference_height: (2,) or (T, 2) height of each sole above the floor at weight 1 [m].
         fps: frames per second [1/s].
-        body: the humanoid.
+        character: the humanoid.
         settings: times and clearances.
         start: (2, 4) corrections of the first frame, where a stance goes on from an earlier part of the motion.
         standing: how feet stand in the middle of a longer motion.
     """
-    before = forward_kinematics(qpos, body)
+    before = forward_kinematics(qpos, character)
     rotation = rotation_matrix(before.xquat)
     source = before if source is None else source
     goal = np.empty((len(qpos), 2, 3))
@@ -109,7 +110,7 @@ def plant_feet(
     changed = np.zeros((len(qpos), 2), dtype=bool)
     corrections = np.zeros((len(qpos), 2, 4))
     start = np.zeros((2, 4)) if start is None else start
-    for side, leg in enumerate(legs(body)):
+    for side, leg in enumerate(legs(character)):
         foot = FEET[side]
         track = _Track(leg, before.xpos[:, foot], rotation[:, foot])
         origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
@@ -124,7 +125,7 @@ def plant_feet(
         goal[:, side] = track.ankle + shift
         goal_rotation[:, side] = axis_rotation("z", turn) @ track.rotation
         changed[:, side] = (np.abs(shift).max(axis=1) > _NOTHING) | (np.abs(turn) > _NOTHING)
-    drop = np.minimum(_pelvis_drop(before, rotation, goal, changed, fps, body, settings), standing.deepest)
+    drop = np.minimum(_pelvis_drop(before, rotation, goal, changed, fps, character, settings), standing.deepest)
     if standing.ease_in > 0:
         drop *= minimum_jerk(np.arange(len(qpos)) / (standing.ease_in * fps))
     changed |= (drop > _NOTHING)[:, None]
@@ -134,7 +135,7 @@ def plant_feet(
     aim = goal.copy()
     missed = changed
     for _ in range(2 * _PASSES if standing.yielding else _PASSES):
-        for side, leg in enumerate(legs(body)):
+        for side, leg in enumerate(legs(character)):
             frames = np.flatnonzero(missed[:, side])
             shank = BODIES.index(f"{SIDES[side]}_shank")
             angles = solve_leg(
@@ -147,10 +148,10 @@ def plant_feet(
                 _STEEP if standing.yielding else 0.0,
             )
             out[np.ix_(frames, 7 + leg.hinges)] = np.clip(angles, leg.low, leg.high)
-        after = forward_kinematics(out, body)
-        missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, body)
+        after = forward_kinematics(out, character)
+        missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, character)
         if standing.yielding:
-            missed |= changed & _yield(aim, goal, goal_rotation, after, contacts, body)
+            missed |= changed & _yield(aim, goal, goal_rotation, after, contacts, character)
         if not missed.any():
             break
     error = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1)
@@ -174,7 +175,7 @@ def foot_heading(rotation: Array) -> Array:
 
 
 def _keep_carrying_points(
-    aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, body: Body
+    aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, character: Character
 ) -> NDArray[np.bool_]:
     """Where a joint limit has tilted a foot into the floor, aim so that its lowest point is where it should be: the heel lifts.
 
@@ -183,13 +184,13 @@ def _keep_carrying_points(
         goal: (T, 2, 3) ankles wanted.
         goal_rotation: (T, 2, 3, 3) feet wanted.
         after: what came out.
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         (T, 2) feet to solve again.
     """
     missed = np.zeros(aim.shape[:2], dtype=bool)
-    for side, leg in enumerate(legs(body)):
+    for side, leg in enumerate(legs(character)):
         wanted = goal[:, side, None] + np.einsum("tij,kj->tki", goal_rotation[:, side], leg.points)  # (T, 4, 3)
         wanted[..., 2] -= leg.radii
         found = after.foot_points[:, side]
@@ -201,7 +202,7 @@ def _keep_carrying_points(
 
 
 def _yield(
-    aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, contacts: NDArray[np.bool_], body: Body
+    aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, contacts: NDArray[np.bool_], character: Character
 ) -> NDArray[np.bool_]:
     """Where a limit keeps a foot from its place, want the orientation that it got, turned about the point that carries.
 
@@ -211,13 +212,13 @@ def _yield(
         goal_rotation: (T, 2, 3, 3) feet wanted; changed in place.
         after: what came out.
         contacts: (T, 2) supporting feet.
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         (T, 2) feet to solve again.
     """
     off = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1) > _FAR_M
-    for side, leg in enumerate(legs(body)):
+    for side, leg in enumerate(legs(character)):
         frames = np.flatnonzero(off[:, side] | contacts[:, side])
         wanted, found = goal_rotation[frames, side], rotation_matrix(after.xquat[frames, FEET[side]])
         points = wanted @ leg.points.T  # (N, 3, 4)
@@ -354,12 +355,12 @@ def _pelvis_drop(
     goal: Array,
     changed: NDArray[np.bool_],
     fps: float,
-    body: Body,
+    character: Character,
     settings: PreparationSettings,
 ) -> Array:
     """How far to lower the pelvis, smoothly in time, so that no leg has to be longer than it is."""
     need = np.zeros(len(goal))
-    for side, leg in enumerate(legs(body)):
+    for side, leg in enumerate(legs(character)):
         hip = before.xpos[:, BODIES.index(f"{SIDES[side]}_thigh")]
         ankle = before.xpos[:, FEET[side]]
         reach = np.maximum(settings.leg_reach * (leg.thigh + leg.shank), np.linalg.norm(ankle - hip, axis=1))

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
-from simprep.humanoid import DEFAULT_BODY, Body
+from simprep.character import Character
+from simprep.humanoid import humanoid
 from simprep.preparation.com_path import displacement_path, displacement_repair
 from simprep.preparation.posture_problem import N_UPPER, UPPER_QPOS, Costs, PostureProblem
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -48,7 +49,7 @@ def optimise_postures(
     centres: Array,
     share: Array,
     fps: float,
-    body: Body = DEFAULT_BODY,
+    character: Character = humanoid(),
     settings: PreparationSettings = DEFAULT_SETTINGS,
     measure: bool = True,
 ) -> OptimisedPostures:
@@ -64,7 +65,7 @@ def optimise_postures(
         centres: (T, 2) support centres [m]; NaN in flight.
         share: (T,) how much of the change is used, 0 (skipped) to 1.
         fps: frames per second [1/s].
-        body: the humanoid.
+        character: the humanoid.
         settings: weights and step limit.
         measure: whether to give the costs before and after; NaN otherwise.
     """
@@ -72,7 +73,7 @@ def optimise_postures(
     if settings.support_smoothing > 0:
         path = displacement_path(centres - com[:, :2], settings.com_reach, settings.support_smoothing * fps)
         goals = com[:, :2] + path
-    problem = PostureProblem(body, settings)
+    problem = PostureProblem(character, settings)
     n = len(qpos)
     change = np.zeros((n, N_UPPER))
     steps = np.zeros(n, dtype=np.int64)

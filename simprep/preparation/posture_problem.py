@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dposv
 
-from simprep.humanoid import BODIES, DEFAULT_BODY, UPPER_BODY_HINGES, Body, humanoid_model
+from simprep.character import Character
+from simprep.humanoid import BODIES, UPPER_BODY_HINGES, humanoid
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
@@ -76,12 +77,12 @@ class PostureProblem:
     """The cost of a frame (`frame`) as a function of the 25 upper-body hinges.
 
     Args:
-        body: the humanoid.
+        character: the humanoid.
         settings: weights and the smoothing of the norms.
     """
 
-    def __init__(self, body: Body = DEFAULT_BODY, settings: PreparationSettings = DEFAULT_SETTINGS) -> None:
-        self.model = humanoid_model(body)
+    def __init__(self, character: Character = humanoid(), settings: PreparationSettings = DEFAULT_SETTINGS) -> None:
+        self.model = character.model
         self.data = mujoco.MjData(self.model)
         self.settings = settings
         self.low = self.model.jnt_range[1 : 1 + N_UPPER, 0].copy()

@@ -102,9 +102,9 @@ def prepare(
         SettingError: alpha outside 0 to 1, or given both over time and with a duration.
     """
     reference = reference_posture(target, settings)
-    if locomotion.body != target.body:
+    if locomotion.character != target.character:
         raise MotionError(
-            f"{locomotion.name} and {target.name} belong to different bodies: {locomotion.body}, {target.body}"
+            f"{locomotion.name} and {target.name} belong to different bodies: {locomotion.character}, {target.character}"
         )
     level = _levels(locomotion, alpha, duration)
     source = extend(locomotion, len(level))
@@ -113,12 +113,12 @@ def prepare(
     trend = heading_trend(np.unwrap(heading), source.fps, cycle)
     style = Style(reference.qpos, reference.sole_height, reference.contacts)
     result = synthesise(
-        Locomotion(source.qpos, source.contacts, trend, source.fps, source.body), style, level, settings, optimise
+        Locomotion(source.qpos, source.contacts, trend, source.fps, source.character), style, level, settings, optimise
     )
     qpos, optimised = result.qpos, result.optimised
     com = com_before = result.kinematics.com
     if optimised is not None:
-        com = forward_kinematics(qpos, source.body).com
+        com = forward_kinematics(qpos, source.character).com
     costs = np.full((2, len(qpos), 4), np.nan)
     motion = replace(
         source,

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.character import SIDES
 from simprep.errors import MotionError
-from simprep.humanoid import BODIES, SIDES
+from simprep.humanoid import BODIES
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import in_heading
@@ -71,7 +72,7 @@ def reference_posture(target: Motion, settings: PreparationSettings = DEFAULT_SE
         MotionError: the first frame of the target movement is not marked.
     """
     marked = target_frame(target)
-    kinematics = forward_kinematics(target.qpos[: marked + 1], target.body)
+    kinematics = forward_kinematics(target.qpos[: marked + 1], target.character)
     contacts = target.contacts[: marked + 1]
     balanced = inside(*support_points(kinematics.foot_points, contacts), kinematics.com[:, :2])
     same_contacts = (contacts == contacts[0]).all(axis=1)

@@ -9,7 +9,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import DEFAULT_BODY, FEET, Body
+from simprep.character import Character
+from simprep.humanoid import FEET, humanoid
 from simprep.motion.contacts import stances
 from simprep.motion.curves import smooth_step
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -51,14 +52,14 @@ class Locomotion:
         contacts: (T, 2) supporting feet.
         trend: (T,) heading without the turning of the pelvis to and fro at every step [rad].
         fps: frames per second [1/s].
-        body: the humanoid.
+        character: the humanoid.
     """
 
     qpos: Array
     contacts: NDArray[np.bool_]
     trend: Array
     fps: float
-    body: Body = DEFAULT_BODY
+    character: Character = humanoid()
 
 
 @dataclass(frozen=True)
@@ -138,11 +139,11 @@ def synthesise(
             `simprep.controller.influence`).
     """
     start = start or Seam()
-    source, fps, body = locomotion.qpos, locomotion.fps, locomotion.body
+    source, fps, character = locomotion.qpos, locomotion.fps, locomotion.character
     root_weight, weights = joint_weights(level, settings)
     if np.any(np.asarray(share) != 1.0):
         root_weight, weights = root_weight * share, weights * np.reshape(share, (-1, 1))
-    kinematics = forward_kinematics(source, body)
+    kinematics = forward_kinematics(source, character)
     qpos = source.copy()
     qpos[:, 7:] = blend_hinges(source[:, 7:], style.qpos[..., 7:], weights)
     path = blend_root(
@@ -153,7 +154,7 @@ def synthesise(
     contacts = locomotion.contacts
     foot_error, drop, feet = np.zeros((len(qpos), 2)), np.zeros(len(qpos)), np.zeros((len(qpos), 2, 4))
     if touched.any() or np.any(start.feet):
-        blended = forward_kinematics(qpos, body)  # at the locomotion's root height
+        blended = forward_kinematics(qpos, character)  # at the locomotion's root height
         if settings.root_height == "mean":
             before = kinematics.xpos[:, FEET, 2] - source[:, 2:3]
             height = mean_root_height(source[:, 2], before, blended.xpos[:, FEET, 2] - source[:, 2:3])
@@ -164,19 +165,19 @@ def synthesise(
             height = support_root_height(sole_goal, soles_after, support_share(contacts, fps))
         qpos[:, 2] = np.where(touched, height, source[:, 2])
         planted = plant_feet(
-            qpos, kinematics, contacts, root_weight, style.sole_height, fps, body, settings, np.asarray(start.feet)
+            qpos, kinematics, contacts, root_weight, style.sole_height, fps, character, settings, np.asarray(start.feet)
         )
         qpos, kinematics = planted.qpos, planted.kinematics
         foot_error, drop, feet = planted.foot_error, planted.pelvis_drop, planted.corrections
         contacts = contacts | resting_feet(kinematics.foot_points, root_weight, style, fps)
     elif start.lag or np.any(start.lost):
-        kinematics = forward_kinematics(qpos, body)
+        kinematics = forward_kinematics(qpos, character)
     support = support_points(kinematics.foot_points, contacts)
     optimised, centre = None, np.full((len(qpos), 2), np.nan)
     if optimise and (level >= settings.threshold).any():
         centre = support_centre(*support)
         share = change_share(level, fps, settings)
-        optimised = optimise_postures(qpos, kinematics.com, centre, share, fps, body, settings, measure)
+        optimised = optimise_postures(qpos, kinematics.com, centre, share, fps, character, settings, measure)
         qpos = optimised.qpos
     elif measure:
         centre = support_centre(*support)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import FEET, humanoid_model
+from simprep.humanoid import FEET
 from simprep.motion.contacts import stances
 from simprep.motion.edit import cut, move
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -66,17 +66,17 @@ def launch(
         MotionError: different bodies or frame rates, or a frame outside its motion.
         SettingError: the window is not positive.
     """
-    if approach.body != target.body or abs(approach.fps - target.fps) > 1e-6:
+    if approach.character != target.character or abs(approach.fps - target.fps) > 1e-6:
         raise MotionError(
-            f"{approach.name} and {target.name} differ in body or frame rate: {approach.body} at {approach.fps:g} 1/s, "
-            f"{target.body} at {target.fps:g} 1/s"
+            f"{approach.name} and {target.name} differ in body or frame rate: {approach.character} at {approach.fps:g} 1/s, "
+            f"{target.character} at {target.fps:g} 1/s"
         )
     for motion, given in ((approach, frame), (target, entry)):
         if not 0 <= given < len(motion):
             raise MotionError(f"{motion.name}: frame {given}; valid: 0 to {len(motion) - 1}")
     if not window > 0:
         raise SettingError(f"transition window {window} s; valid: above 0")
-    standing = forward_kinematics(approach.qpos[frame : frame + 1], approach.body)
+    standing = forward_kinematics(approach.qpos[frame : frame + 1], approach.character)
     placed = _place(target, entry, approach, frame, standing)
     qpos, weight = _inertialise(_state(approach, frame), placed, entry, max(2, round(window * approach.fps)))
     contacts = placed.contacts[entry:].copy()
@@ -86,12 +86,12 @@ def launch(
             contacts[:landing, side] = False
     planted = plant_feet(
         qpos,
-        forward_kinematics(placed.qpos[entry:], target.body),
+        forward_kinematics(placed.qpos[entry:], target.character),
         contacts,
         weight,
         standing.foot_points[0, :, :, 2].min(axis=1),
         approach.fps,
-        approach.body,
+        approach.character,
         settings,
     )
     own = {name: at for name, at in approach.events.items() if at < frame}
@@ -143,7 +143,7 @@ def local_state(motion: Motion) -> tuple[Array, Array]:
     Returns:
         Positions (T, 17, 3) relative to the root on the floor, in the axes of its heading [m]; velocities in the same axes [m/s].
     """
-    positions = forward_kinematics(motion.qpos, motion.body).xpos
+    positions = forward_kinematics(motion.qpos, motion.character).xpos
     heading, _ = split_heading(motion.qpos[:, 3:7])
     velocity = np.gradient(positions, 1 / motion.fps, axis=0) if len(motion) > 1 else np.zeros_like(positions)
     floor = np.concatenate([motion.qpos[:, :2], np.zeros((len(motion), 1))], axis=1)
@@ -155,7 +155,7 @@ def _place(target: Motion, entry: int, approach: Motion, frame: int, standing: K
     heading_to, _ = split_heading(approach.qpos[frame, 3:7])
     heading_from, _ = split_heading(target.qpos[entry, 3:7])
     turned = move(replace(target, loop=False), turn=float(heading_to - heading_from))
-    there = forward_kinematics(turned.qpos[entry : entry + 1], target.body)
+    there = forward_kinematics(turned.qpos[entry : entry + 1], target.character)
     shares, gaps = [_ROOT_SHARE_S], [approach.qpos[frame, :2] - turned.qpos[entry, :2]]
     for side, foot in enumerate(FEET):
         if approach.contacts[frame, side] and target.contacts[entry, side]:
@@ -197,7 +197,7 @@ def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tupl
     qpos[:, :3] += fade[:, :3]
     turn = Rotation.from_rotvec(fade[:, 3:6]) * Rotation.from_quat(qpos[:, 3:7], scalar_first=True)
     qpos[:, 3:7] = turn.as_quat(scalar_first=True)
-    low, high = humanoid_model(target.body).jnt_range[1:].T
+    low, high = target.character.model.jnt_range[1:].T
     inside = np.clip(qpos[:, 7:] + fade[:, 6:], low, high)
     qpos[:, 7:] = np.where(np.abs(fade[:, 6:]) > 0, inside, qpos[:, 7:])
     qpos[0] = state.qpos

@@ -38,7 +38,7 @@ def plot_approach(
     plan, below = figure.subplots(2, 1, height_ratios=[2.2, 1.0])
     motion = result.motion
     root, level = motion.qpos[:, :2], result.level
-    feet = forward_kinematics(motion.qpos, motion.body).foot_points[:, :, :, :2].mean(axis=2)
+    feet = forward_kinematics(motion.qpos, motion.character).foot_points[:, :, :, :2].mean(axis=2)
     for side, colour in enumerate(("#2f6fb3", "#c2452d")):
         landed = motion.contacts[:, side] & ~np.concatenate([[False], motion.contacts[:-1, side]])
         plan.plot(*feet[landed, side].T, "s", color=colour, ms=4, alpha=0.5, label=("left foot", "right foot")[side])

@@ -39,7 +39,7 @@ def plot_com_and_support(motions: Mapping[str, Motion], frames: Sequence[int], p
     figure = new_figure(2.3 * len(frames) + 0.6, 2.5 * len(motions) + 0.5)
     figure.suptitle(title, fontsize=11)
     for row, (label, motion) in enumerate(motions.items()):
-        kinematics = forward_kinematics(motion.qpos[list(frames)], motion.body)
+        kinematics = forward_kinematics(motion.qpos[list(frames)], motion.character)
         contacts = motion.contacts[list(frames)]
         for column, frame in enumerate(frames):
             axes = figure.add_subplot(len(motions), len(frames), row * len(frames) + column + 1)
@@ -65,7 +65,7 @@ def support_margin(motion: Motion) -> Series:
     Returns:
         Time (T,) [s], and distance (T,) [m]: positive inside, NaN in flight.
     """
-    kinematics = forward_kinematics(motion.qpos, motion.body)
+    kinematics = forward_kinematics(motion.qpos, motion.character)
     width = 2 * round(motion.fps * DEBOUNCE_S / 2) + 1
     contacts = median_filter(motion.contacts.astype(np.uint8), size=(width, 1), mode="nearest").astype(bool)
     points, mask = support_points(kinematics.foot_points, contacts)

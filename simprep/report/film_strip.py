@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.character import Character
 from simprep.errors import MissingExtraError, SettingError
 from simprep.files import atomic_path
-from simprep.humanoid import Body, humanoid_spec
 from simprep.motion.edit import sample
 from simprep.motion.motion import Motion
 from simprep.report.gl import Canvas, find_backend
@@ -162,7 +162,7 @@ class Stage:
 
     def __init__(self, settings: StripSettings) -> None:
         self._settings = settings
-        self._canvases: dict[tuple[Body, ...], tuple[Any, Canvas]] = {}
+        self._canvases: dict[tuple[Character, ...], tuple[Any, Canvas]] = {}
 
     def __enter__(self) -> "Stage":
         self._gl = find_backend().context(self._settings.width_px, self._settings.height_px)
@@ -188,7 +188,7 @@ class Stage:
         import mujoco
 
         settings = self._settings
-        bodies = (motion.body, *(other.body for other in others))
+        bodies = (motion.character, *(other.character for other in others))
         if bodies not in self._canvases:
             model = _model(bodies, settings.scene)
             self._canvases[bodies] = model, Canvas(model, settings.width_px, settings.height_px, self._gl)
@@ -214,11 +214,11 @@ class Stage:
         return pictures
 
 
-def _model(bodies: Sequence[Body], scene: SceneSettings) -> Any:
+def _model(bodies: Sequence[Character], scene: SceneSettings) -> Any:
     """A scene with the first body; the others are added tinted, touching nothing."""
     spec = scene_spec(SceneSettings((bodies[0],), scene.obstacles, scene.timestep))
-    for number, body in enumerate(bodies[1:]):
-        other = humanoid_spec(body)
+    for number, character in enumerate(bodies[1:]):
+        other = character.build()
         for geom in other.geoms:
             geom.contype = geom.conaffinity = 0
             geom.material = ""

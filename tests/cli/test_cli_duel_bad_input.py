@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from simprep.character import SIDES
 from simprep.cli.main import main
 from simprep.duel.labels.annotations import save_annotations
 from simprep.duel.labels.cuts import save_cuts
@@ -14,7 +15,7 @@ from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
 from simprep.duel.labels.segmentation import Cuts
 from simprep.duel.stream.store import save_stream
 from simprep.duel.stream.stream import DuelStream
-from simprep.humanoid import BODIES, SIDES, Body, standing_qpos
+from simprep.humanoid import BODIES, humanoid
 from simprep.motion.edit import cut, resample
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
@@ -38,7 +39,7 @@ def swaying(frames):
     rng = np.random.default_rng(0)
     tracks = []
     for number in range(2):
-        qpos = np.tile(standing_qpos(), (frames, 1))
+        qpos = np.tile(humanoid().standing_qpos.copy(), (frames, 1))
         time = np.arange(frames) / FPS
         qpos[:, :2] += 0.02 * np.stack([np.sin((3 + number) * time), np.cos(2 * time)], axis=1)
         qpos[:, 7:] += 0.05 * np.sin(2 * np.pi * time[:, None] + rng.uniform(0, 6, qpos.shape[1] - 7))
@@ -85,13 +86,14 @@ def files(tmp_path_factory):
     first, second = (resample(motion, 60.0) for motion in stream.players)
     save_stream(replace(stream, players=(first, second)), folder / "faster")
     save_stream(
-        replace(stream, players=(stream.players[0], replace(stream.players[1], body=Body(1.6)))), folder / "other"
+        replace(stream, players=(stream.players[0], replace(stream.players[1], character=humanoid(1.6)))),
+        folder / "other",
     )
     with_nan(folder / "a.npz", folder / "nan.npz", "qpos", slice(40, 60))
     with_nan(folder / "stream.npz", folder / "nan_stream.npz", "qpos_B", slice(40, 60))
 
     places = [BODIES.index(f"{side}_{part}") for side in SIDES for part in JOINTS]
-    points = np.stack([forward_kinematics(m.qpos, m.body).xpos[:, places] for m in five.players], axis=1)
+    points = np.stack([forward_kinematics(m.qpos, m.character).xpos[:, places] for m in five.players], axis=1)
     gap = points.copy()
     gap[30:45, 1, 2] = np.nan
     for name, positions in (

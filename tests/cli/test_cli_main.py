@@ -10,7 +10,7 @@ import pytest
 
 from simprep.cli.main import main
 from simprep.errors import SettingError
-from simprep.humanoid import hinge_index, standing_qpos
+from simprep.humanoid import hinge_index, humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.store import read_run
@@ -24,7 +24,7 @@ TRACK_KEYS = {
 @pytest.fixture
 def arm_raise(tmp_path):
     """A file with 0.8 s of standing while an arm rises."""
-    qpos = np.repeat(standing_qpos()[None], 25, axis=0)
+    qpos = np.repeat(humanoid().standing_qpos.copy()[None], 25, axis=0)
     qpos[:, 7 + hinge_index("left_shoulder_flexion")] = np.linspace(0, 0.6, 25)
     motion = Motion(qpos, 30.0, np.ones((25, 2), bool), name="arm_raise", source="test")
     return save_motion(motion, tmp_path / "arm_raise.npz")

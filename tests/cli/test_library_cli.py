@@ -80,7 +80,7 @@ def test_show_tells_what_the_motion_is(capsys):
     assert content["events_s"]["impact"] == motion.events["impact"] / motion.fps
     assert content["parameters"]["side"] == "right"
     assert content["terms"] == ""
-    fists = fist_positions(kinematics, motion.body)
+    fists = fist_positions(kinematics, motion.character)
     assert np.linalg.norm(fists[:, 1] - hand, axis=1) == pytest.approx(0.0866)  # the site of the model
 
 

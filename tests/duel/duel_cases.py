@@ -5,7 +5,7 @@ import numpy as np
 from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
 from simprep.duel.labels.segmentation import Cuts
 from simprep.duel.stream.stream import DuelStream
-from simprep.humanoid import hinge_index, standing_qpos
+from simprep.humanoid import hinge_index, humanoid
 from simprep.motion.motion import Motion
 
 FPS = 30.0
@@ -21,7 +21,7 @@ MOVEMENTS = {
 
 def standing_pair(frames=90, distance=1.2, fps=FPS):
     """A at the origin facing x, B before it facing back; nobody moves."""
-    a = np.tile(standing_qpos(), (frames, 1))
+    a = np.tile(humanoid().standing_qpos.copy(), (frames, 1))
     b = a.copy()
     b[:, 0] += distance
     b[:, 3:7] = [0.0, 0.0, 0.0, 1.0]
@@ -43,7 +43,7 @@ def bout(rng, count=40):
                 frames = int(rng.integers(8, 16))
                 share = 0.5 - 0.5 * np.cos(np.pi * np.arange(frames) / frames)
                 share = size * (share if number == 0 else 1 - share)
-                pose = np.tile(standing_qpos(), (frames, 1))
+                pose = np.tile(humanoid().standing_qpos.copy(), (frames, 1))
                 for hinge, angle in hinges.items():
                     pose[:, 7 + hinge_index(hinge)] += angle * share
                 pose[:, 7:] += rng.normal(0, 0.02, (frames, pose.shape[1] - 7))

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull, QhullError
 
+from simprep.character import SIDES
 from simprep.errors import UnknownNameError
-from simprep.humanoid import BODIES, GRAVITY, HINGES, SIDES, hinge_index, humanoid_model
+from simprep.humanoid import BODIES, GRAVITY, HINGES, hinge_index, humanoid
 from simprep.library import library_entries, library_motion, library_names
 from simprep.library.parts.balance import ground_reaction
 from simprep.motion.contacts import stances
@@ -79,7 +80,7 @@ def test_every_motion_obeys_the_body_and_the_floor(name):
     motion, kinematics = played(name)
     assert motion.name == name
     assert motion.fps == 60
-    low, high = humanoid_model().jnt_range[1:].T
+    low, high = humanoid().model.jnt_range[1:].T
     assert (motion.qpos[:, 7:] >= low).all()
     assert (motion.qpos[:, 7:] <= high).all()
     speed = np.degrees(np.abs(motion.velocities()[:, 6:])).max(axis=0)
@@ -110,7 +111,7 @@ def test_every_motion_is_dynamically_plausible(name):
     motion, kinematics = played(name)
     force, zmp = ground_reaction(kinematics, motion.fps)
     middle = slice(len(motion) // 3, 2 * len(motion) // 3) if library_motion(name).loop else slice(1, -1)
-    weight = GRAVITY * humanoid_model().body_mass.sum()
+    weight = GRAVITY * humanoid().model.body_mass.sum()
     assert force[middle, 2].min() > -0.01 * weight
     assert force[middle, 2].max() < (4.2 if name in JUMPS else 1.6) * weight
     flat = np.hypot(force[middle, 0], force[middle, 1])

@@ -37,8 +37,8 @@ class Generator:
 
 
 def identical(a: Motion, b: Motion) -> bool:
-    same = (a.fps, dict(a.events), a.name, a.source, a.loop, a.body) == (
-        b.fps, dict(b.events), b.name, b.source, b.loop, b.body,
+    same = (a.fps, dict(a.events), a.name, a.source, a.loop, a.character) == (
+        b.fps, dict(b.events), b.name, b.source, b.loop, b.character,
     )  # fmt: skip
     return same and a.qpos.tobytes() == b.qpos.tobytes() and a.contacts.tobytes() == b.contacts.tobytes()
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import BODIES, FEET, SIDES, hinge_index
+from simprep.character import SIDES
+from simprep.humanoid import BODIES, FEET, hinge_index
 from simprep.library import library_motion
 from simprep.library.kicks.parts import flexion_towards
 from simprep.library.registry import library_entries

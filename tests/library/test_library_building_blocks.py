@@ -4,7 +4,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from simprep.humanoid import BODIES, GRAVITY, HINGES, LEG_JOINTS, SIDES, hinge_index, humanoid_model, standing_qpos
+from simprep.character import SIDES
+from simprep.humanoid import BODIES, GRAVITY, HINGES, LEG_JOINTS, hinge_index, humanoid
 from simprep.library.parts.balance import cart_table_zmp, com_from_zmp, ground_reaction
 from simprep.library.parts.feet import FootPath, Stance, foot_spheres
 from simprep.library.parts.limbs import arm_angles, leg_angles
@@ -15,8 +16,8 @@ from simprep.motion.kinematics import forward_kinematics
 
 def random_poses(count: int, seed: int = 3) -> np.ndarray:
     rng = np.random.default_rng(seed)
-    low, high = humanoid_model().jnt_range[1:].T
-    qpos = np.tile(standing_qpos(), (count, 1))
+    low, high = humanoid().model.jnt_range[1:].T
+    qpos = np.tile(humanoid().standing_qpos.copy(), (count, 1))
     qpos[:, 7:] = low + (high - low) * rng.uniform(0.1, 0.9, (count, len(HINGES)))
     quat = rng.normal(size=(count, 4))
     qpos[:, 3:7] = quat / np.linalg.norm(quat, axis=1, keepdims=True)
@@ -55,10 +56,10 @@ def test_arm_angles_put_the_fist_at_the_point(side):
     sign = 1.0 if side == "left" else -1.0
     fist = np.array([0.35, sign * 0.18, 0.1]) + rng.uniform(-0.2, 0.2, (100, 3))  # within reach
     pole = np.tile([-0.2, sign * 0.6, -1.0], (100, 1))
-    qpos = np.tile(standing_qpos(), (100, 1))
+    qpos = np.tile(humanoid().standing_qpos.copy(), (100, 1))
     start = 7 + hinge_index(f"{side}_shoulder_flexion")
     qpos[:, start : start + 4] = arm_angles(side, fist, pole)
-    model, data = humanoid_model(), mujoco.MjData(humanoid_model())
+    model, data = humanoid().model, mujoco.MjData(humanoid().model)
     for row, goal in zip(qpos, fist):
         data.qpos[:] = row
         mujoco.mj_kinematics(model, data)
@@ -149,9 +150,9 @@ def test_ground_reaction_agrees_with_inverse_dynamics():
     # an unrelated smooth motion of every joint and of the root, against mj_inverse with analytic derivatives by differences
     fps, frames = 200.0, 60
     times = np.arange(frames) / fps
-    model, data = humanoid_model(), mujoco.MjData(humanoid_model())
+    model, data = humanoid().model, mujoco.MjData(humanoid().model)
     rng = np.random.default_rng(0)
-    qpos = np.tile(standing_qpos(), (frames, 1))
+    qpos = np.tile(humanoid().standing_qpos.copy(), (frames, 1))
     qpos[:, 7:] += 0.3 + 0.2 * np.sin(np.outer(times, rng.uniform(2, 8, 37)) + rng.uniform(0, 6, 37))
     qpos[:, :3] += 0.05 * np.sin(np.outer(times, [5.0, 6.0, 7.0]))
     force, point = ground_reaction(forward_kinematics(qpos), fps)

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 import pytest
 
-from simprep.humanoid import BODIES, hinge_index, humanoid_model
+from simprep.humanoid import BODIES, hinge_index, humanoid
 from simprep.library import library_entries, library_motion
 from simprep.library.boxing.block import Block
 from simprep.library.boxing.hook import Hook
@@ -40,7 +40,7 @@ BODY_EXTRA_S = 0.16
 def fist(motion, kinematics, side):
     """(T, 3) middle of the fist [m]."""
     hand = BODIES.index(f"{side}_hand")
-    offset = np.array(humanoid_model().site(f"{side}_hand").pos)
+    offset = np.array(humanoid().model.site(f"{side}_hand").pos)
     return kinematics.xpos[:, hand] + rotation_matrix(kinematics.xquat[:, hand]) @ offset
 
 
@@ -197,7 +197,7 @@ def test_dodges_take_the_head_off_the_line():
 
 @pytest.mark.parametrize("name", [n for n in (*PUNCHES, *BLOCKS, *DODGES) if BY_NAME[n].parameters["side"] == "left"])
 def test_arms_do_not_pass_through_the_body(name):
-    model = humanoid_model()
+    model = humanoid().model
     data = mujoco.MjData(model)
 
     def geoms(*bodies):

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simprep.humanoid import HINGES, N_QVEL, hinge_index, standing_qpos
+from simprep.humanoid import HINGES, N_QVEL, hinge_index, humanoid
 from simprep.motion.motion import Motion, differentiate
 from simprep.physics.run import DONE, BodyRun, Run
 
@@ -11,7 +11,7 @@ HINGE_COUNT = len(HINGES)
 
 def rigid_motion(root: np.ndarray, fps: float, contact: bool = True) -> Motion:
     """The standing pose carried along a root path, (T, 3) relative to standing at the origin."""
-    qpos = np.tile(standing_qpos(), (len(root), 1))
+    qpos = np.tile(humanoid().standing_qpos.copy(), (len(root), 1))
     qpos[:, :3] += root
     return Motion(qpos, fps, np.full((len(root), 2), contact))
 
@@ -19,7 +19,7 @@ def rigid_motion(root: np.ndarray, fps: float, contact: bool = True) -> Motion:
 def swaying_motion(fps: float, seconds: float = 2.0) -> Motion:
     """Feet roughly in place, trunk and arms swinging at under 2 Hz, the right foot off the floor for a while."""
     time = np.arange(int(seconds * fps) + 1) / fps
-    qpos = np.tile(standing_qpos(), (len(time), 1))
+    qpos = np.tile(humanoid().standing_qpos.copy(), (len(time), 1))
     qpos[:, 0] += 0.03 * np.sin(2 * np.pi * 0.5 * time)
     qpos[:, 1] += 0.04 * np.sin(2 * np.pi * 0.7 * time)
     for name, size, frequency in (

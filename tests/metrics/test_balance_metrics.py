@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from metric_cases import rigid_motion, run_of, swaying_motion
 
-from simprep.humanoid import GRAVITY, humanoid_model, standing_qpos
+from simprep.humanoid import GRAVITY, humanoid
 from simprep.metrics.balance import balance, extrapolated_com, plausibility_summary, posture_summary
 from simprep.metrics.dynamics import residual_wrench, whole_body, zero_moment_point
 from simprep.metrics.identified import identify_motion, identify_pendulum, identify_run
@@ -120,9 +120,9 @@ def test_standing_still():
 
 
 def humanoid_com():
-    model = humanoid_model()
+    model = humanoid().model
     data = mujoco.MjData(model)
-    data.qpos[:] = standing_qpos()
+    data.qpos[:] = humanoid().standing_qpos.copy()
     mujoco.mj_forward(model, data)
     return data.subtree_com[1].copy()
 
@@ -149,7 +149,7 @@ def test_free_fall_needs_no_hand_and_floating_needs_all_of_it():
     assert np.isnan(posture_summary(series)["com_cos_mm"])
     assert posture_summary(series)["unsupported_share"] == 1
     floating = plausibility_summary(balance(rigid_motion(np.tile([0, 0, 1.0], (60, 1)), 60.0, contact=False)))
-    mass = humanoid_model().body_mass.sum()
+    mass = humanoid().model.body_mass.sum()
     assert floating["residual_force_n"] == pytest.approx(mass * GRAVITY, rel=1e-6)
 
 
@@ -158,11 +158,11 @@ def test_angular_momentum_agrees_with_the_moment():
     from simprep.metrics.smoothing import smooth_motion
 
     smooth = smooth_motion(swaying_motion(240.0), rate=240.0)
-    body = whole_body(humanoid_model(), smooth.qpos, smooth.qvel, smooth.qacc)
+    body = whole_body(humanoid().model, smooth.qpos, smooth.qvel, smooth.qacc)
     inside = slice(20, -20)
     rate = np.gradient(body.angular_momentum, smooth.time, axis=0)
     assert np.abs(body.torque - rate)[inside].max() < 0.02 * np.abs(rate).max()
-    mass = humanoid_model().body_mass.sum()
+    mass = humanoid().model.body_mass.sum()
     push = mass * np.gradient(body.com_velocity, smooth.time, axis=0)
     push[:, 2] += mass * GRAVITY
     assert np.abs(body.force - push)[inside].max() < 0.01 * np.abs(push - [0, 0, mass * GRAVITY]).max()

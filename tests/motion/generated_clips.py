@@ -12,7 +12,8 @@ from joint_names import FAMILIES, PARTS, RECOGNISED
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import BODIES, HINGES, SIDES, hinge_index, humanoid_model, standing_qpos
+from simprep.character import SIDES
+from simprep.humanoid import BODIES, HINGES, hinge_index, humanoid
 from simprep.motion.kinematics import body_clearance, forward_kinematics
 
 LIMBS = {f"{side}_{part}": (f"{side}_{part}", f"{side}_{end}") for side in SIDES for part, end in
@@ -97,7 +98,7 @@ def generate(number: int, seed: int = 9, seconds: float = 3.0) -> GeneratedClip:
         _swing_arms(turn, rng, kind, np.arange(len(qpos)) / fps)
     inserted = rest in ("t", "a") and rng.random() < 0.3
     text = bvh_of(qpos, turn, rng, fps, family, rest, up, UNITS[unit], spine, inserted)
-    model = humanoid_model()
+    model = humanoid().model
     directions = {}
     for limb, (_, end) in LIMBS.items():
         bone = model.body(end).pos
@@ -112,7 +113,7 @@ def generate(number: int, seed: int = 9, seconds: float = 3.0) -> GeneratedClip:
 def movement(kind: str, rng: np.random.Generator, seconds: float, tempo: float) -> NDArray[np.float64]:
     """A movement of a kind at `FINE_FPS`; `tempo` is the mean time of one arm movement [s]."""
     times = np.arange(round(seconds * FINE_FPS)) / FINE_FPS
-    low, high = (np.degrees(limit) for limit in humanoid_model().jnt_range[1:].T)
+    low, high = (np.degrees(limit) for limit in humanoid().model.jnt_range[1:].T)
     span: dict[str, tuple[float, float, float]] = {}  # hinge: lowest, highest [deg], time of one movement [s]
     for name, least, most in zip(HINGES, low, high):
         middle, half = (least + most) / 2, (most - least) / 2 - np.degrees(MARGIN)
@@ -147,7 +148,7 @@ def movement(kind: str, rng: np.random.Generator, seconds: float, tempo: float) 
     curve = {name: np.radians(_wander(rng, times, *value)) for name, value in span.items()}
     if kind == "spin":
         curve["yaw"] = 4 * np.pi * times * rng.choice((-1.0, 1.0))
-    qpos = np.tile(standing_qpos(), (len(times), 1))
+    qpos = np.tile(humanoid().standing_qpos.copy(), (len(times), 1))
     heading = rng.uniform(-np.pi, np.pi)
     turn = Rotation.from_euler("ZYX", np.stack([curve["yaw"] + heading, curve["pitch"], curve["roll"]], axis=1))
     qpos[:, 3:7] = turn.as_quat(scalar_first=True)
@@ -168,7 +169,7 @@ def _swing_arms(turn: dict[str, Rotation], rng: np.random.Generator, kind: str, 
 
     `raise`: from hanging to overhead in a V and back, sideways; `swing`: anywhere.
     """
-    low, high = humanoid_model().jnt_range[1:].T
+    low, high = humanoid().model.jnt_range[1:].T
     for side, sign in zip(SIDES, (1.0, -1.0)):
         span = {name: (low[hinge_index(f"{side}_{name}")] + MARGIN, high[hinge_index(f"{side}_{name}")] - MARGIN)
                 for name in ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")}  # fmt: skip
@@ -220,7 +221,7 @@ def _wander(
 
 def _level_soles(qpos: NDArray[np.float64]) -> None:
     """Turn the ankles so that the soles are level, as far as their limits allow."""
-    model, kinematics = humanoid_model(), forward_kinematics(qpos)
+    model, kinematics = humanoid().model, forward_kinematics(qpos)
     for side, sign in zip(SIDES, (-1.0, 1.0)):
         shank = Rotation.from_quat(kinematics.xquat[:, BODIES.index(f"{side}_shank")], scalar_first=True)
         up = shank.inv().apply([0.0, 0.0, 1.0])
@@ -277,8 +278,8 @@ def bvh_of(
         inserted: begin with the rest pose.
     """
     names = FAMILIES[family]
-    model = humanoid_model()
-    rest_qpos = standing_qpos()
+    model = humanoid().model
+    rest_qpos = humanoid().standing_qpos.copy()
     for side in SIDES:
         rest_qpos[7 + hinge_index(f"{side}_shoulder_abduction")] = {"t": np.pi / 2, "a": np.pi / 4}.get(rest, 0.0)
     rest_turn = Rotation.from_quat(forward_kinematics(rest_qpos[None]).xquat[0], scalar_first=True)

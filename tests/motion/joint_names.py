@@ -1,6 +1,6 @@
 """Joint names of common families of skeletons, written down apart from simprep's own recognition."""
 
-from simprep.humanoid import SIDES
+from simprep.character import SIDES
 
 PARTS = ("thigh", "shank", "foot", "toe", "collar", "upper_arm", "forearm", "hand")
 _L, _R = ("Left", "Right"), ("L", "R")

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import BODIES, SIDES, humanoid_model
+from simprep.character import SIDES
+from simprep.humanoid import BODIES, humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 
@@ -147,7 +148,7 @@ def angles_deg(source: Source, motion: Motion) -> dict[str, NDArray[np.float64]]
         source: the file; interpolated linearly at the motion's frame times, as an import at a lower rate is.
         motion: as imported, in the same world.
     """
-    ours = forward_kinematics(motion.qpos, motion.body).xpos
+    ours = forward_kinematics(motion.qpos, motion.character).xpos
     wanted = at_times(source, motion.times)
     lines = LIMBS | {"hip_line": ("right_thigh", "left_thigh")}
     return {name: _angle(wanted[end] - wanted[start], ours[:, BODIES.index(end)] - ours[:, BODIES.index(start)])
@@ -217,7 +218,7 @@ def limb_errors(
     """
     angles = angles_deg(source, motion)
     wanted = at_times(source, motion.times)
-    kinematics = forward_kinematics(motion.qpos, motion.body)
+    kinematics = forward_kinematics(motion.qpos, motion.character)
     rng = np.random.default_rng(seed)
     out = {}
     for chain, (trunk, limbs) in CHAINS.items():
@@ -283,7 +284,7 @@ def optimum_deg(
     Returns:
         [deg].
     """
-    model = humanoid_model()
+    model = humanoid().model
     limbs = CHAINS[chain][1]
     parts = [
         (model.body(limb).jntadr[0] + k, number)

@@ -15,7 +15,7 @@ import pytest
 from motion_files import amc_text, asf_text, bvh_text, deepmimic_frame, deepmimic_text, write
 
 from simprep.errors import MotionFileError, SimprepError
-from simprep.humanoid import HINGES, standing_qpos
+from simprep.humanoid import HINGES, humanoid
 from simprep.motion.load import import_motion, load_motion
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
@@ -216,7 +216,9 @@ deepmimic("a loop of another kind", "'Loop' is 'bounce'", lambda: deepmimic_text
 
 def npz_with(folder: Path, **changes: object) -> Path:
     """A motion of ours with entries of its header or its arrays replaced."""
-    path = save_motion(Motion(np.tile(standing_qpos(), (5, 1)), 30.0, np.ones((5, 2), dtype=bool)), folder / "own.npz")
+    path = save_motion(
+        Motion(np.tile(humanoid().standing_qpos.copy(), (5, 1)), 30.0, np.ones((5, 2), dtype=bool)), folder / "own.npz"
+    )
     with np.load(path) as archive:
         content = {key: archive[key] for key in archive.files}
     header = json.loads(str(content["header"]))
@@ -287,7 +289,9 @@ def test_sound_files_of_the_makers_import(tmp_path: Path) -> None:
         result = import_motion(path)
         assert result.report.residual_mm < 25
         assert np.isfinite(result.motion.qpos).all()
-        assert result.motion.qpos[0, 2] == pytest.approx(standing_qpos()[2], abs=0.07)  # feet apart stand lower
+        assert result.motion.qpos[0, 2] == pytest.approx(
+            humanoid().standing_qpos.copy()[2], abs=0.07
+        )  # feet apart stand lower
 
 
 @pytest.mark.parametrize(

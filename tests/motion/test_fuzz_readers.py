@@ -20,7 +20,7 @@ from motion_files import LIMBS, amc_text, asf_text, bvh_text, deepmimic_frame, d
 
 from simprep.duel.stream.positions import position_clip, read_positions
 from simprep.errors import SimprepError
-from simprep.humanoid import standing_qpos
+from simprep.humanoid import humanoid
 from simprep.motion.edit import resample
 from simprep.motion.formats.bvh import read_bvh_people
 from simprep.motion.formats.skeleton import SourceClip
@@ -213,7 +213,9 @@ def test_joint_map(tmp_path: Path) -> None:
 
 def own_npz(path: Path) -> bytes:
     """A motion of ours."""
-    return save_motion(Motion(np.tile(standing_qpos(), (9, 1)), 30.0, np.ones((9, 2), bool)), path).read_bytes()
+    return save_motion(
+        Motion(np.tile(humanoid().standing_qpos.copy(), (9, 1)), 30.0, np.ones((9, 2), bool)), path
+    ).read_bytes()
 
 
 def read_own(path: Path) -> None:

@@ -7,6 +7,7 @@ import pytest
 from generated_clips import KINDS, LIMBS, generate
 from limb_errors import BAR_P95_DEG, BAR_WORST_DEG, limb_errors, read
 
+from simprep.humanoid import humanoid
 from simprep.motion.load import import_motion
 
 CHOSEN = tuple(n for kind in dict.fromkeys(KINDS) for n in [k for k, other in enumerate(KINDS) if other == kind][:8:2])
@@ -15,11 +16,10 @@ CHOSEN = tuple(n for kind in dict.fromkeys(KINDS) for n in [k for k, other in en
 
 def test_the_writer_is_exact(tmp_path: Path) -> None:
     """bvhio finds every limb where it was meant, and the poses are within the limits and over the floor."""
-    from simprep.humanoid import humanoid_model
     from simprep.motion.kinematics import body_clearance
 
     pytest.importorskip("bvhio")
-    low, high = humanoid_model().jnt_range[1:].T
+    low, high = humanoid().model.jnt_range[1:].T
     for number in range(0, len(KINDS), 3):
         clip = generate(number, seconds=1.0)
         source = read(clip.write(tmp_path), clip.up, clip.inserted)

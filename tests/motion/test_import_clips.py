@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simprep.humanoid import SIDES, hinge_index, humanoid_model
+from simprep.character import SIDES
+from simprep.humanoid import hinge_index, humanoid
 from simprep.motion.contacts import detect_contacts, stances
 from simprep.motion.edit import resample
 from simprep.motion.kinematics import forward_kinematics
@@ -54,7 +55,7 @@ def test_every_clip_meets_the_bars(load, name: str) -> None:
     motion, report = result.motion, result.report
     assert report.residual_mm <= (35 if "crawl" in name else 25)
     assert report.duration_s >= 5 * seconds
-    model = humanoid_model()
+    model = humanoid().model
     low, high = model.jnt_range[1:].T
     assert (motion.qpos[:, 7:] >= low - 1e-6).all()
     assert (motion.qpos[:, 7:] <= high + 1e-6).all()
@@ -178,7 +179,7 @@ def stance_drift(points: NDArray[np.float64]) -> float:
 
 def lowest_of_body(motion: Motion) -> NDArray[np.float64]:
     """Height of the lowest colliding point of each frame (T,) [m], by MuJoCo's own geom positions."""
-    model = humanoid_model()
+    model = humanoid().model
     data = mujoco.MjData(model)
     geoms = [g for g in range(model.ngeom) if model.geom_contype[g]]
     assert {f"{side}_heel" for side in SIDES} <= {model.geom(g).name for g in geoms}

@@ -3,17 +3,18 @@
 import numpy as np
 import pytest
 
-from simprep.humanoid import BODIES, SIDES, Body, standing_qpos
+from simprep.character import SIDES
+from simprep.humanoid import BODIES, humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.limb_ik import ball_joint_angles, legs, solve_leg
 from simprep.motion.rotations import axis_rotation, rotation_matrix
 
 
-def _solve(qpos, body, move=0.0):
-    kinematics = forward_kinematics(qpos, body)
+def _solve(qpos, character, move=0.0):
+    kinematics = forward_kinematics(qpos, character)
     rotation = rotation_matrix(kinematics.xquat)
     found = []
-    for side, leg in zip(SIDES, legs(body)):
+    for side, leg in zip(SIDES, legs(character)):
         foot, shank = BODIES.index(f"{side}_foot"), BODIES.index(f"{side}_shank")
         goal = kinematics.xpos[:, foot] + move
         angles = solve_leg(
@@ -23,17 +24,17 @@ def _solve(qpos, body, move=0.0):
     return found
 
 
-@pytest.mark.parametrize("body", [Body(), Body(1.55, 50.0), Body(1.95, 100.0)])
-def test_leg_angles_come_back_from_the_foot_pose(body):
+@pytest.mark.parametrize("character", [humanoid(), humanoid(1.55, 50.0), humanoid(1.95, 100.0)])
+def test_leg_angles_come_back_from_the_foot_pose(character):
     rng = np.random.default_rng(1)
-    qpos = np.tile(standing_qpos(body), (400, 1))
+    qpos = np.tile(character.standing_qpos.copy(), (400, 1))
     qpos[:, 3:7] = rng.normal(size=(400, 4))
     qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1, keepdims=True)
-    for leg in legs(body):
+    for leg in legs(character):
         low, high = np.maximum(leg.low, -0.6), np.minimum(leg.high, 1.5)
         low[3] = 0.05  # straight legs have no knee axis
         qpos[:, 7 + leg.hinges] = rng.uniform(low, high, (400, 6))
-    for leg, angles, *_ in _solve(qpos, body):
+    for leg, angles, *_ in _solve(qpos, character):
         np.testing.assert_allclose(angles, qpos[:, 7 + leg.hinges], atol=1e-9)
 
 
@@ -41,7 +42,7 @@ def test_leg_angles_come_back_from_the_foot_pose(body):
 def test_without_a_knee_axis_the_foot_tells_the_side_of_the_knee(number):
     """Over the whole ranges of the hinges: the ankle inverts by less than 90 degrees."""
     rng = np.random.default_rng(11)
-    qpos = np.tile(standing_qpos(), (400, 1))
+    qpos = np.tile(humanoid().standing_qpos.copy(), (400, 1))
     qpos[:, 3:7] = rng.normal(size=(400, 4))
     qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1, keepdims=True)
     leg = legs()[number]
@@ -60,12 +61,12 @@ def test_without_a_knee_axis_the_foot_tells_the_side_of_the_knee(number):
 
 
 def test_foot_reaches_a_moved_goal_with_its_orientation_kept():
-    qpos = np.tile(standing_qpos(), (1, 1))
+    qpos = np.tile(humanoid().standing_qpos.copy(), (1, 1))
     for leg in legs():
         qpos[:, 7 + leg.hinges] = [0.5, 0.1, 0.05, 0.9, 0.2, 0.0]
     move = np.array([0.05, 0.03, -0.02])
     solved = qpos.copy()
-    results = _solve(qpos, Body(), move)
+    results = _solve(qpos, humanoid(), move)
     for leg, angles, *_ in results:
         solved[:, 7 + leg.hinges] = angles
     after = forward_kinematics(solved)
@@ -75,8 +76,8 @@ def test_foot_reaches_a_moved_goal_with_its_orientation_kept():
 
 
 def test_goal_out_of_reach_gives_a_straight_leg_towards_it():
-    qpos = np.tile(standing_qpos(), (1, 1))
-    _, angles, *_ = _solve(qpos, Body(), np.array([0.0, 0.0, -0.5]))[0]
+    qpos = np.tile(humanoid().standing_qpos.copy(), (1, 1))
+    _, angles, *_ = _solve(qpos, humanoid(), np.array([0.0, 0.0, -0.5]))[0]
     assert angles[0, 3] == pytest.approx(0.0, abs=1e-6)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import BODIES, Body, humanoid_model, standing_qpos
+from simprep.humanoid import BODIES, humanoid
 from simprep.motion.edit import at_origin, concatenate, cut, mirror, move, repeat, resample, yaw
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
@@ -19,8 +19,8 @@ def walk_like(frames: int = 60, fps: float = 60.0, turn: float = 0.0) -> Motion:
     """A smooth cyclic motion that travels and turns, with all hinges moving."""
     rng = np.random.default_rng(7)
     phase = 2 * np.pi * np.arange(frames) / frames
-    qpos = np.repeat(standing_qpos()[None], frames, axis=0)
-    low, high = humanoid_model().jnt_range[1:].T
+    qpos = np.repeat(humanoid().standing_qpos.copy()[None], frames, axis=0)
+    low, high = humanoid().model.jnt_range[1:].T
     middle, half = (low + high) / 2, 0.3 * (high - low) / 2
     qpos[:, 7:] = middle + half * np.sin(phase[:, None] + rng.uniform(0, 6, 37))
     heading = turn * np.arange(frames) / frames
@@ -85,12 +85,12 @@ def test_rigid_moves_keep_the_shape() -> None:
 
 
 def test_storage_returns_every_field(tmp_path: Path) -> None:
-    motion = replace(walk_like(), source="a test", body=Body(1.8, 80.0))
+    motion = replace(walk_like(), source="a test", character=humanoid(1.8, 80.0))
     path = save_motion(motion, tmp_path / "m")
     back = read_motion(path)
     np.testing.assert_array_equal(back.qpos, motion.qpos)
     np.testing.assert_array_equal(back.contacts, motion.contacts)
-    for field in ("fps", "name", "source", "loop", "body"):
+    for field in ("fps", "name", "source", "loop", "character"):
         assert getattr(back, field) == getattr(motion, field)
     assert dict(back.events) == dict(motion.events)
     assert [p.name for p in tmp_path.iterdir()] == ["m.npz"]  # no temporary file is left

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simprep.humanoid import DEFAULT_BODY
+from simprep.humanoid import humanoid
 from simprep.library import library_motion
 from simprep.motion.kinematics import body_clearance
 from simprep.motion.set_down import set_down
@@ -18,7 +18,7 @@ def test_a_body_that_hovers_is_set_down_and_never_into_the_floor(cyclic: bool) -
     if cyclic:  # the span crosses the seam
         qpos = np.roll(qpos, 45, axis=0)
     before = body_clearance(qpos).min(axis=1)
-    lowered = set_down(qpos, 60.0, DEFAULT_BODY, cyclic)
+    lowered = set_down(qpos, 60.0, humanoid(), cyclic)
     qpos[:, 2] -= lowered
     after = body_clearance(qpos).min(axis=1)
     assert before.max() > 0.029
@@ -30,4 +30,4 @@ def test_a_body_that_hovers_is_set_down_and_never_into_the_floor(cyclic: bool) -
 def test_flight_is_left_alone() -> None:
     jump = library_motion("jump")
     assert body_clearance(jump.qpos).min(axis=1).max() > 0.2
-    assert set_down(jump.qpos, jump.fps, DEFAULT_BODY).max() == 0.0
+    assert set_down(jump.qpos, jump.fps, humanoid()).max() == 0.0

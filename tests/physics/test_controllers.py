@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 
 from simprep.errors import SettingError, UnknownNameError
-from simprep.humanoid import standing_qpos
+from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.controller import ControlTask, PdController
 from simprep.physics.simulate import simulate, track
 
 
 def standing(seconds: float = 0.25) -> Motion:
-    qpos = np.repeat(standing_qpos()[None], round(60 * seconds) + 1, axis=0)
+    qpos = np.repeat(humanoid().standing_qpos.copy()[None], round(60 * seconds) + 1, axis=0)
     return Motion(qpos, 60.0, np.ones((len(qpos), 2), dtype=bool), name="standing")
 
 

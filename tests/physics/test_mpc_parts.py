@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import SettingError
-from simprep.humanoid import GRAVITY, HINGES, hinge_index, humanoid_model, standing_qpos
+from simprep.humanoid import GRAVITY, HINGES, hinge_index, humanoid
 from simprep.library import library_motion
 from simprep.motion.motion import Motion
 from simprep.physics.inverse_dynamics import needed_torques
@@ -17,14 +17,14 @@ from simprep.scene import SceneSettings, build_scene
 
 
 def held(hinge: str, angle: float, height: float = 0.0) -> Reference:
-    qpos = np.repeat(standing_qpos()[None], 31, axis=0)
+    qpos = np.repeat(humanoid().standing_qpos.copy()[None], 31, axis=0)
     qpos[:, 7 + hinge_index(hinge)] = angle
     qpos[:, 2] += height
     return make_reference(Motion(qpos, 60.0, np.ones((31, 2), dtype=bool)), 1 / 240)
 
 
 def test_an_arm_held_out_needs_its_weight_times_its_lever() -> None:
-    model = humanoid_model()
+    model = humanoid().model
     data = mujoco.MjData(model)
     data.qpos[7 + hinge_index("left_shoulder_flexion")] = np.pi / 2
     mujoco.mj_forward(model, data)
@@ -40,7 +40,7 @@ def test_standing_legs_bear_the_body_and_hang_in_free_fall() -> None:
     # upright, COM 1 mm before the hips and 4 to 8 cm before the ankles' centres of pressure: small, symmetric torques
     left, right = (bent[hinge_index(f"{side}_ankle_dorsiflexion")] for side in ("left", "right"))
     assert left == pytest.approx(right, abs=0.5)
-    qpos = np.repeat(standing_qpos()[None], 61, axis=0)
+    qpos = np.repeat(humanoid().standing_qpos.copy()[None], 61, axis=0)
     time = np.arange(61) / 60
     qpos[:, 2] += 6.0 - GRAVITY / 2 * time**2
     falling = make_reference(Motion(qpos, 60.0, np.zeros((61, 2), dtype=bool)), 1 / 240)

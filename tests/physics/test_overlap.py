@@ -4,18 +4,19 @@ import mujoco
 import numpy as np
 import pytest
 
+from simprep.character import Character
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import BODIES, DEFAULT_BODY, HINGES, Body, standing_qpos
+from simprep.humanoid import BODIES, HINGES, humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.physics.bodies import WORLD, geom_owners, scene_bodies
 from simprep.physics.overlap import overlap_of_poses
 from simprep.scene import SceneSettings, build_scene
 
-BOTH = (DEFAULT_BODY, Body(1.85, 90.0))
+BOTH = (humanoid(), humanoid(1.85, 90.0))
 
 
-@pytest.mark.parametrize("people", [(DEFAULT_BODY,), BOTH, (*BOTH, DEFAULT_BODY)])
-def test_layout_names_every_part_of_every_body(people: tuple[Body, ...]) -> None:
+@pytest.mark.parametrize("people", [(humanoid(),), BOTH, (*BOTH, humanoid())])
+def test_layout_names_every_part_of_every_body(people: tuple[Character, ...]) -> None:
     model = build_scene(SceneSettings(people))
     if len(people) > 1:
         assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_DENSE  # sparse ones do not converge in some contacts
@@ -23,15 +24,15 @@ def test_layout_names_every_part_of_every_body(people: tuple[Body, ...]) -> None
     owner, segment = geom_owners(model, bodies)
     prefixes = ("",) if len(people) == 1 else ("a_", "b_", "c_")
     assert len(bodies) == len(people)
-    for number, (body, prefix) in enumerate(zip(bodies, prefixes)):
-        assert (body.number, body.segment_names, body.joint_names) == (number, BODIES, HINGES)
-        assert [model.body(i).name for i in range(model.nbody)][body.segments] == [prefix + n for n in BODIES]
-        assert [model.actuator(i).name for i in range(model.nu)][body.controls] == [prefix + n for n in HINGES]
+    for number, (character, prefix) in enumerate(zip(bodies, prefixes)):
+        assert (character.number, character.segment_names, character.joint_names) == (number, BODIES, HINGES)
+        assert [model.body(i).name for i in range(model.nbody)][character.segments] == [prefix + n for n in BODIES]
+        assert [model.actuator(i).name for i in range(model.nu)][character.controls] == [prefix + n for n in HINGES]
         root = model.joint(f"{prefix}root")
-        assert (root.qposadr[0], root.dofadr[0]) == (body.qpos.start, body.qvel.start)
-        for name, at, speed in zip(HINGES, body.joint_qpos, body.joint_qvel):
+        assert (root.qposadr[0], root.dofadr[0]) == (character.qpos.start, character.qvel.start)
+        for name, at, speed in zip(HINGES, character.joint_qpos, character.joint_qvel):
             joint = model.joint(prefix + name)
-            assert (joint.qposadr[0], joint.dofadr[0]) == (body.qpos.start + at, body.qvel.start + speed)
+            assert (joint.qposadr[0], joint.dofadr[0]) == (character.qpos.start + at, character.qvel.start + speed)
         for geom in np.flatnonzero(owner == number):
             assert model.body(model.geom_bodyid[geom]).name == f"{prefix}{BODIES[segment[geom]]}"
     assert (bodies[-1].qpos.stop, bodies[-1].qvel.stop, bodies[-1].controls.stop) == (model.nq, model.nv, model.nu)
@@ -40,11 +41,10 @@ def test_layout_names_every_part_of_every_body(people: tuple[Body, ...]) -> None
         bodies[0].segment("tail")
 
 
-def capsules(pose: np.ndarray, body: Body) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def capsules(pose: np.ndarray, character: Character) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Ends and radii of the colliding geoms, from the model of one humanoid alone."""
-    from simprep.humanoid import humanoid_model
 
-    model = humanoid_model(body)
+    model = character.model
     data = mujoco.MjData(model)
     data.qpos[:] = pose
     mujoco.mj_kinematics(model, data)
@@ -56,14 +56,14 @@ def capsules(pose: np.ndarray, body: Body) -> tuple[np.ndarray, np.ndarray, np.n
 
 def test_depth_is_radii_less_distance_of_axes() -> None:
     rng = np.random.default_rng(4)
-    poses = [np.repeat(standing_qpos(body)[None], 12, axis=0) for body in BOTH]
+    poses = [np.repeat(character.standing_qpos.copy()[None], 12, axis=0) for character in BOTH]
     for pose in poses:
         pose[:, 7:] += rng.uniform(-0.4, 0.4, (12, len(HINGES)))
     poses[1][:, 0] += np.linspace(0.25, 0.9, 12)
     depth = overlap_of_poses(poses, BOTH)
     share = np.linspace(0, 1, 201)[:, None]
     for frame in range(12):
-        (a0, a1, ra), (b0, b1, rb) = (capsules(pose[frame], body) for pose, body in zip(poses, BOTH))
+        (a0, a1, ra), (b0, b1, rb) = (capsules(pose[frame], character) for pose, character in zip(poses, BOTH))
         points = (a0[:, None] + share * (a1 - a0)[:, None])[:, :, None]  # on the axes of A
         axis = b1 - b0
         along = np.einsum("abci,ci->abc", points - b0, axis) / np.maximum(np.einsum("ci,ci->c", axis, axis), 1e-12)
@@ -75,8 +75,8 @@ def test_depth_is_radii_less_distance_of_axes() -> None:
 
 
 def test_overlap_does_not_depend_on_who_is_who_or_where_they_stand() -> None:
-    near = forward_kinematics(standing_qpos()[None]).com[0, 0] + 0.2
-    a, b = standing_qpos(BOTH[0])[None], standing_qpos(BOTH[1])[None].copy()
+    near = forward_kinematics(humanoid().standing_qpos.copy()[None]).com[0, 0] + 0.2
+    a, b = BOTH[0].standing_qpos.copy()[None], BOTH[1].standing_qpos.copy()[None].copy()
     b[0, 0] = near
     depth = overlap_of_poses((a, b), BOTH)
     assert overlap_of_poses((b, a), BOTH[::-1]) == pytest.approx(depth)
@@ -86,5 +86,5 @@ def test_overlap_does_not_depend_on_who_is_who_or_where_they_stand() -> None:
         overlap_of_poses((a, np.repeat(b, 2, axis=0)), BOTH)
     assert overlap_of_poses((a,), BOTH[:1]) == 0.0
     far = b + np.eye(44)[1] * 5.0
-    third = DEFAULT_BODY, *BOTH
+    third = humanoid(), *BOTH
     assert overlap_of_poses((far, a, b), third) == pytest.approx(depth)  # of any two

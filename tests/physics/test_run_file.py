@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from simprep.character import Character
 from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import DEFAULT_BODY, Body, standing_qpos
+from simprep.humanoid import humanoid
 from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
@@ -19,20 +20,20 @@ from simprep.physics.run import Assist, Run
 from simprep.physics.simulate import SimulationSettings, simulate
 from simprep.physics.store import read_run, save_run
 
-PEOPLE = (DEFAULT_BODY, Body(1.6, 55.0), Body(1.85, 90.0))
+PEOPLE = (humanoid(), humanoid(1.6, 55.0), humanoid(1.85, 90.0))
 
 
-def standing(body: Body, x: float, name: str) -> Motion:
-    qpos = np.repeat(standing_qpos(body)[None], 19, axis=0)
+def standing(character: Character, x: float, name: str) -> Motion:
+    qpos = np.repeat(character.standing_qpos.copy()[None], 19, axis=0)
     qpos[:, 0] += x
     events = {"launch": 6, "late": 18}
-    return Motion(qpos, 60.0, np.ones((19, 2), bool), events, name, "made by a test", body=body)
+    return Motion(qpos, 60.0, np.ones((19, 2), bool), events, name, "made by a test", character=character)
 
 
 @pytest.fixture(scope="module", params=[1, 2, 3])
 def run(request: pytest.FixtureRequest) -> Run:
     """One body, two within each other (contacts), three."""
-    motions = [standing(body, 0.15 * n, f"motion {n}") for n, body in enumerate(PEOPLE[: request.param])]
+    motions = [standing(character, 0.15 * n, f"motion {n}") for n, character in enumerate(PEOPLE[: request.param])]
     mpc = MpcSettings(samples=8, elites=3, keep=2, iterations=1)
     done = simulate(motions, "mpc", 5, SimulationSettings(mpc=mpc))
     return replace(done, assist=Assist(3.5, 0.25))
@@ -126,9 +127,9 @@ def test_a_part_of_a_fallen_run_fell_only_if_it_holds_the_fall(run: Run) -> None
 
 
 def test_arrays_that_do_not_belong_together_are_no_run(run: Run) -> None:
-    body = run.bodies[0]
+    character = run.bodies[0]
     with pytest.raises(MotionError, match=r"run of motion 0: qpos \(5, 44\); valid: \(\d+, 44\)"):
-        replace(body, qpos=body.qpos[:5])
+        replace(character, qpos=character.qpos[:5])
     with pytest.raises(MotionError, match="valid: done, fell, diverged"):
         replace(run, end="won")
     with pytest.raises(MotionError, match="valid: all the same"):

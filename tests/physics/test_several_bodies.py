@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from simprep.character import Character
 from simprep.errors import MotionError, SettingError, UnknownNameError
-from simprep.humanoid import DEFAULT_BODY, HINGES, Body, standing_qpos
+from simprep.humanoid import HINGES, humanoid
 from simprep.library import library_motion
 from simprep.motion.edit import cut, move
 from simprep.motion.kinematics import forward_kinematics
@@ -22,23 +23,25 @@ from simprep.physics.run import Run
 from simprep.physics.simulate import SimulationSettings, simulate, track
 from simprep.scene import SceneSettings, build_scene
 
-SMALL, LARGE = Body(1.6, 55.0), Body(1.85, 95.0)
+SMALL, LARGE = humanoid(1.6, 55.0), humanoid(1.85, 95.0)
 
 
-def flying(body: Body, start: tuple[float, float, float], speed: float, seed: int, turn: float = 0.0) -> Motion:
+def flying(
+    character: Character, start: tuple[float, float, float], speed: float, seed: int, turn: float = 0.0
+) -> Motion:
     """A body that drifts through the air in a random posture."""
     time = np.arange(49) / 60
-    qpos = np.repeat(standing_qpos(body)[None], len(time), axis=0)
+    qpos = np.repeat(character.standing_qpos.copy()[None], len(time), axis=0)
     qpos[:, 7:] += np.random.default_rng(seed).uniform(-0.3, 0.3, len(HINGES))
     qpos[:, :3] += start
     qpos[:, 0] += speed * time
     qpos[:, 3:7] = [np.cos(turn / 2), 0, 0, np.sin(turn / 2)]
-    return Motion(qpos, 60.0, np.zeros((len(time), 2), dtype=bool), body=body)
+    return Motion(qpos, 60.0, np.zeros((len(time), 2), dtype=bool), character=character)
 
 
-def momentum(qpos: np.ndarray, body: Body, timestep: float) -> np.ndarray:
+def momentum(qpos: np.ndarray, character: Character, timestep: float) -> np.ndarray:
     """(N, 3) of the whole body between states, from positions alone."""
-    return np.asarray(body.mass_kg * np.diff(forward_kinematics(qpos, body).com, axis=0) / timestep)
+    return np.asarray(character.mass_kg * np.diff(forward_kinematics(qpos, character).com, axis=0) / timestep)
 
 
 @pytest.mark.parametrize("speed", [1.0, 4.0])
@@ -58,8 +61,8 @@ def test_recorded_impulses_are_the_momentum_that_bodies_exchange(speed: float) -
     contacts = merge_touches(simulated.between.touches, dt)
     recorded = np.sum([one.impulse for one in contacts], axis=0)
     change = []
-    for recorder, body in zip(simulated.bodies, bodies):
-        path = momentum(recorder.qpos, body, dt)
+    for recorder, character in zip(simulated.bodies, bodies):
+        path = momentum(recorder.qpos, character, dt)
         change.append(path[-1] - path[0])
         assert not recorder.ground_force.any()
     size = np.linalg.norm(recorded)
@@ -115,7 +118,7 @@ def test_far_apart_each_moves_as_if_alone() -> None:
 def puncher(seconds: float) -> tuple[Motion, Motion]:
     punch = library_motion("jab_left_head")
     frames = round(seconds * punch.fps)
-    stands = np.repeat(standing_qpos()[None], frames, axis=0)
+    stands = np.repeat(humanoid().standing_qpos.copy()[None], frames, axis=0)
     other = Motion(stands, punch.fps, np.ones((frames, 2), dtype=bool), name="stands")
     return cut(punch, 0, frames), move(other, (0.54, 0.0), np.pi)
 
@@ -130,10 +133,10 @@ def test_a_planned_punch_is_bit_identical_and_obeys_newton() -> None:
     assert (hit.bodies, hit.parts[0], hit.impulse[0] > 0) == ((0, 1), "left_hand", True)
     assert run.reference_overlap.max() > 2 * run.overlap.max() > 0
     exchanged = np.sum([one.impulse for one in run.contacts], axis=0)
-    weight = DEFAULT_BODY.mass_kg * 9.81
-    for body, sign in zip(run.bodies, (-1.0, 1.0)):
-        path = momentum(body.qpos, DEFAULT_BODY, run.timestep)
-        other = path[-1] - path[0] - run.timestep * (body.ground_force[1:] - [0, 0, weight]).sum(axis=0)
+    weight = humanoid().mass_kg * 9.81
+    for character, sign in zip(run.bodies, (-1.0, 1.0)):
+        path = momentum(character.qpos, humanoid(), run.timestep)
+        other = path[-1] - path[0] - run.timestep * (character.ground_force[1:] - [0, 0, weight]).sum(axis=0)
         # what neither floor nor gravity explains is the opponent; the rest is the integrator's error
         np.testing.assert_allclose(other, sign * exchanged, atol=0.004 * weight * run.end_s)
     assert run.assist.force_n == run.assist.torque_nm == 0.0
@@ -161,9 +164,9 @@ def three(seconds: float) -> tuple[Motion, Motion, Motion]:
     """A puncher between two who stand; the third has another stature and is behind him, within reach of nobody."""
     punch, stands = puncher(seconds)
     frames = len(punch)
-    still = np.repeat(standing_qpos(SMALL)[None], frames, axis=0)
+    still = np.repeat(SMALL.standing_qpos.copy()[None], frames, axis=0)
     still[:, 0] -= 1.5
-    return punch, stands, Motion(still, punch.fps, np.ones((frames, 2), dtype=bool), name="small", body=SMALL)
+    return punch, stands, Motion(still, punch.fps, np.ones((frames, 2), dtype=bool), name="small", character=SMALL)
 
 
 @pytest.mark.parametrize("controller", ["pd", "mpc"])
@@ -176,9 +179,9 @@ def test_three_bodies_in_one_world_are_bit_identical_at_any_thread_count(control
     assert_same_physics(*runs)
     run = runs[0]
     assert [one.reference.name for one in run.bodies] == [motion.name for motion in motions]
-    assert [one.reference.body for one in run.bodies] == [DEFAULT_BODY, DEFAULT_BODY, SMALL]
+    assert [one.reference.character for one in run.bodies] == [humanoid(), humanoid(), SMALL]
     for one in run.bodies:  # each stands on the floor by itself
-        assert one.ground_force[:, 2].max() > 0.5 * one.reference.body.mass_kg * 9.81
+        assert one.ground_force[:, 2].max() > 0.5 * one.reference.character.mass_kg * 9.81
     if controller == "pd":
         assert {one.bodies for one in run.contacts} == {(0, 1)}
         # the third moves as if it were alone

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import MotionError, SettingError, UnknownNameError
-from simprep.humanoid import hinge_index, standing_qpos
+from simprep.humanoid import hinge_index, humanoid
 from simprep.library import library_motion
 from simprep.motion.edit import cut, repeat
 from simprep.motion.kinematics import body_clearance, forward_kinematics
@@ -22,7 +22,7 @@ CHEAP = MpcSettings(samples=16, elites=6)
 
 
 def standing(seconds: float = 1.0, height: float = 0.0) -> Motion:
-    qpos = np.repeat(standing_qpos()[None], round(60 * seconds) + 1, axis=0)
+    qpos = np.repeat(humanoid().standing_qpos.copy()[None], round(60 * seconds) + 1, axis=0)
     qpos[:, 2] += height
     return Motion(qpos, 60.0, np.ones((len(qpos), 2), dtype=bool), name="standing")
 
@@ -103,7 +103,7 @@ def test_a_push_moves_the_body_and_is_reported() -> None:
     # until the feet answer, 10 N s on 75 kg
     assert np.diff(com[0] - com[1]).max() / run.timestep == pytest.approx(100 * 0.1 / 75, rel=0.35)
     with pytest.raises(SettingError, match="push on unknown body 'torso'; valid: pelvis, "):
-        track(standing(), "pd", settings=SimulationSettings(pushes=(replace(push, body="torso"),)))
+        track(standing(), "pd", settings=SimulationSettings(pushes=(replace(push, character="torso"),)))
 
 
 def test_divergence_is_reported_not_returned_as_data() -> None:
@@ -129,7 +129,7 @@ def test_reference_is_lifted_out_of_the_floor_and_recorded() -> None:
 
 
 def test_smoothing_keeps_lines_and_ends() -> None:
-    qpos = np.repeat(standing_qpos()[None], 60, axis=0)
+    qpos = np.repeat(humanoid().standing_qpos.copy()[None], 60, axis=0)
     qpos[:, 0] = np.arange(60) / 60
     motion = Motion(qpos, 60.0, np.ones((60, 2), dtype=bool))
     reference = make_reference(motion, 1 / 240, ReferenceSettings(smoothing=0.05))

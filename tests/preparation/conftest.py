@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simprep.humanoid import hinge_index, standing_qpos
+from simprep.humanoid import hinge_index, humanoid
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion
@@ -31,7 +31,7 @@ def walk() -> Motion:
 @pytest.fixture(scope="session")
 def punch() -> Motion:
     """Standing in guard, from frame 40 on a lunging punch; both feet stay on the floor."""
-    qpos = np.tile(standing_qpos(), (90, 1))
+    qpos = np.tile(humanoid().standing_qpos.copy(), (90, 1))
     phase = np.clip((np.arange(90) - MARKED) / 15, 0, 1)
     lunge = phase**3 * (10 - 15 * phase + 6 * phase**2)
     for name, angle in GUARD.items():

@@ -3,7 +3,8 @@
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import SIDES, hinge_index, standing_qpos
+from simprep.character import SIDES
+from simprep.humanoid import hinge_index, humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.limb_ik import legs, solve_leg
 from simprep.motion.rotations import axis_rotation
@@ -24,7 +25,7 @@ def test_heading_is_what_is_left_of_a_foot_without_its_tilt():
 def test_a_foot_that_an_ankle_limit_tilts_keeps_the_point_that_carries_it():
     """On tiptoe the pelvis sways sideways until ankles meet their inversion limit: ankles could stay, toes would not."""
     fps, count = 60.0, 60
-    qpos = np.tile(standing_qpos(), (count, 1))
+    qpos = np.tile(humanoid().standing_qpos.copy(), (count, 1))
     for side in SIDES:
         for name, angle in (("hip_flexion", 0.6), ("knee_flexion", 1.3), ("ankle_dorsiflexion", -0.7)):
             qpos[:, 7 + hinge_index(f"{side}_{name}")] = angle

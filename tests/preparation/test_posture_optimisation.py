@@ -20,7 +20,7 @@ UPPER = slice(7, 7 + N_UPPER)
 
 def problem_at(motion: Motion, frame: int, settings=None) -> tuple[PostureProblem, PostureFrame]:
     settings = settings or PreparationSettings()
-    problem = PostureProblem(motion.body, settings)
+    problem = PostureProblem(motion.character, settings)
     last, before = problem.centres_of(motion.qpos[frame - 1]), problem.centres_of(motion.qpos[frame - 2])
     posture = problem.frame(motion.qpos[frame], np.array([0.3, -0.1]) + motion.qpos[frame, :2], last, before)
     return problem, posture
@@ -89,7 +89,7 @@ def reductions(prepared: Preparation, blended: Preparation, frames, joint_weight
         (N, 3): of the result; of the descent alone, from the blended posture; of a converged L-BFGS.
     """
     settings = replace(prepared.record.settings, joint_weight=joint_weight)
-    problem = PostureProblem(prepared.motion.body, settings)
+    problem = PostureProblem(prepared.motion.character, settings)
     rows = []
     for frame in frames:
         history = [problem.centres_of(prepared.motion.qpos[frame - back]) for back in (1, 2)]

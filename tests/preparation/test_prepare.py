@@ -7,7 +7,7 @@ import pytest
 
 from simprep import prepare as exported
 from simprep.errors import MotionError, SettingError, UnknownNameError
-from simprep.humanoid import Body, hinge_index
+from simprep.humanoid import hinge_index, humanoid
 from simprep.library import library_motion
 from simprep.motion.contacts import stances
 from simprep.motion.edit import move, yaw
@@ -21,7 +21,7 @@ from simprep.preparation.settings import PreparationSettings
 
 def slide(motion: Motion) -> float:
     """Farthest that a carrying foot point moves on the floor within a stance, from frame to frame, summed [m]."""
-    points = forward_kinematics(motion.qpos, motion.body).foot_points
+    points = forward_kinematics(motion.qpos, motion.character).foot_points
     worst = 0.0
     for side in (0, 1):
         for first, after in stances(motion.contacts[:, side]):
@@ -182,7 +182,7 @@ def test_errors_say_what_to_do(walk, punch):
     with pytest.raises(SettingError, match="leave out one"):
         prepare(walk, punch, np.zeros(5), duration=1.0)
     with pytest.raises(MotionError, match="different bodies"):
-        prepare(walk, replace(punch, body=Body(1.6, 60.0)), 0.5)
+        prepare(walk, replace(punch, character=humanoid(1.6, 60.0)), 0.5)
     with pytest.raises(MotionError, match="no loop"):
         prepare(replace(walk, loop=False), punch, np.zeros(1000))
     with pytest.raises(UnknownNameError, match="none, traditional, blended, optimised"):

@@ -10,7 +10,7 @@ from simprep.duel.labels.labels import Label
 from simprep.duel.model.structures import couple, link_actions
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
-from simprep.humanoid import standing_qpos
+from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion
 from simprep.report.duel.label_text import COLOUR_OF, full_text, kind_of, short_text
 from simprep.report.duel.structures import plot_structures
@@ -24,7 +24,7 @@ JAB = Label(move="L-L", left_punch="fwdbwd").code
 
 def make_fight(a, b, frames=600, fps=60.0):
     """A fight of standing people whose actions are (first frame, label) ..."""
-    qpos = np.tile(standing_qpos(), (frames, 1))
+    qpos = np.tile(humanoid().standing_qpos.copy(), (frames, 1))
     away = qpos + np.array([1.2] + [0.0] * 43)
     stream = DuelStream(tuple(Motion(poses, fps, np.ones((frames, 2), bool)) for poses in (qpos, away)))
     actions = []

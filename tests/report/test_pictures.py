@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import SettingError
-from simprep.humanoid import Body, hinge_index, standing_qpos
+from simprep.humanoid import hinge_index, humanoid
 from simprep.motion.motion import Motion
 from simprep.report.figures import plot_blending_curves, plot_com_and_support, plot_margins, support_margin
 from simprep.report.film_strip import HEADER_PX, Row, Stage, StripSettings, film_strip, save_film_strip
@@ -28,7 +28,9 @@ def can_draw():
 
 @pytest.fixture
 def stand():
-    return Motion(np.repeat(standing_qpos()[None], 31, axis=0), 30.0, np.ones((31, 2), bool), name="stand")
+    return Motion(
+        np.repeat(humanoid().standing_qpos.copy()[None], 31, axis=0), 30.0, np.ones((31, 2), bool), name="stand"
+    )
 
 
 def with_arm_raised(motion):
@@ -56,8 +58,8 @@ def test_the_camera_follows_the_body_but_the_floor_moves(can_draw, stand):
     qpos = stand.qpos.copy()
     qpos[:, 0] = np.linspace(0, 1.25, 31)
     start, _, end = pictures(film_strip([Row("slides", replace(stand, qpos=qpos))], SMALL), SMALL, 0)
-    body = slice(10, 45), slice(27, 34)
-    assert np.abs(start[body] - end[body]).mean() < 12
+    character = slice(10, 45), slice(27, 34)
+    assert np.abs(start[character] - end[character]).mean() < 12
     assert (np.abs(start[60:] - end[60:]).max(axis=2) > 5).any()
 
 
@@ -87,8 +89,10 @@ def test_others_are_drawn_tinted_and_the_picture_widens_to_hold_them(can_draw, s
 
 
 def test_different_bodies_share_a_strip_and_strips_share_a_stage(can_draw, stand):
-    body = Body(1.4, 45.0)
-    small = Motion(np.repeat(standing_qpos(body)[None], 31, axis=0), 30.0, stand.contacts, body=body)
+    character = humanoid(1.4, 45.0)
+    small = Motion(
+        np.repeat(character.standing_qpos.copy()[None], 31, axis=0), 30.0, stand.contacts, character=character
+    )
     rows = [Row("one", stand), Row("small", small), Row("one", stand), Row("small", small)]
     with Stage(SMALL) as stage:
         strip, again = film_strip(rows, SMALL, stage), film_strip(rows[:1], SMALL, stage)

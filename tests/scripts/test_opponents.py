@@ -33,7 +33,7 @@ def test_opponents_go_where_their_sources_of_influence_go_and_reach_there(seed):
         assert np.abs((off[walking] @ direction).mean()) < 0.015
         facing = yaw(person.qpos[walking, 3:7]) - np.arctan2(direction[1], direction[0])
         assert np.abs(np.angle(np.exp(1j * facing))).max() < 0.2
-        kinematics = forward_kinematics(person.qpos, person.body)
+        kinematics = forward_kinematics(person.qpos, person.character)
         # the blow comes where the source of influence stands
         impact = person.events["impact"]
         assert person.times[impact] > influence.stops_s

@@ -8,7 +8,7 @@ import pytest
 
 from simprep.cli.main import main
 from simprep.errors import SettingError, UnknownNameError
-from simprep.humanoid import HINGES, hinge_index, standing_qpos
+from simprep.humanoid import HINGES, hinge_index, humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.run import BodyRun, Run
 from simprep.study.plan import ARMS, StudyPlan
@@ -18,7 +18,9 @@ FRAMES = 31
 
 
 def still(name):
-    return Motion(np.repeat(standing_qpos()[None], FRAMES, axis=0), 30.0, np.ones((FRAMES, 2), bool), name=name)
+    return Motion(
+        np.repeat(humanoid().standing_qpos.copy()[None], FRAMES, axis=0), 30.0, np.ones((FRAMES, 2), bool), name=name
+    )
 
 
 def fake_scenario(locomotion, target, profile, arm, *args, **kwargs):

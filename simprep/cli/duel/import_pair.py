@@ -60,7 +60,7 @@ class DuelImport:
         bodies, fps = None, self.fps
         if self.like is not None:
             a, b = read_stream(self.like).players
-            bodies, fps = (a.body, b.body), a.fps if fps is None else fps
+            bodies, fps = (a.character, b.character), a.fps if fps is None else fps
         pair = import_pair(self.files[0], second, fps, self.up, self.scale, self.joint_map, bodies=bodies)
         target = self.out or Path(f"{pair.stream.name}.npz")
         if target.resolve() in [file.resolve() for file in self.files]:
@@ -79,7 +79,7 @@ class DuelImport:
                 output.warn(f"{player}: {warning}")
         if fps is not None and report.fps != fps:
             output.warn(f"a saved stream keeps its {report.fps:g} frames per second; not {fps:g}")
-        if bodies is not None and any(motion.body != body for motion, body in zip(pair.stream.players, bodies)):
+        if bodies is not None and any(motion.character != body for motion, body in zip(pair.stream.players, bodies)):
             output.warn(
                 f"what simprep saved keeps its bodies, which are not those of {self.like}: the two cannot be joined"
             )

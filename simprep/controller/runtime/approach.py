@@ -167,7 +167,7 @@ def _leave(world: World, whole: Motion, launched: int, target: str | None, node:
     exit_frame = min(exit_frame, len(whole) - 1)
     pose = whole.qpos[exit_frame]
     heading = float(split_heading(pose[3:7])[0])
-    soles = forward_kinematics(pose[None], whole.body).foot_points[0, :, :, 2].min(axis=1)
+    soles = forward_kinematics(pose[None], whole.character).foot_points[0, :, :, 2].min(axis=1)
     style = Style(pose, np.maximum(soles, 0.0), whole.contacts[exit_frame])
     place = (float(pose[0]), float(pose[1]), heading)
     level = 1.0 if world.prepare else 0.0

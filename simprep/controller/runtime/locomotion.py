@@ -58,7 +58,7 @@ class CoreNodes:
         self.fps = graph.settings.fps
         self.cycles = {name: _cycle(motion, self.fps) for name, motion in motions.items()}
         self.names = tuple(motions)
-        self.body = next(iter(motions.values())).body
+        self.character = next(iter(motions.values())).character
         self._graph = graph
         self._entries: dict[tuple[str, str], NDArray[np.intp]] = {}
 
@@ -118,7 +118,7 @@ class LocomotionStream:
     ) -> None:
         cycle = cores.cycle(node)
         self._cores = cores
-        self.fps, self.body, self.node = cores.fps, cores.body, node
+        self.fps, self.character, self.node = cores.fps, cores.character, node
         turn = place[2] - float(cycle.trend[frame % len(cycle.motion)])
         x, y = turned(cycle.motion.qpos[frame % len(cycle.motion), :2], turn)
         self._next = frame  # frame of the core node that comes next
@@ -145,7 +145,7 @@ class LocomotionStream:
         while len(self) < after:
             self._play()
         part = slice(first, after)
-        return Locomotion(self._qpos[part], self._contacts[part], self._trend[part], self.fps, self.body)
+        return Locomotion(self._qpos[part], self._contacts[part], self._trend[part], self.fps, self.character)
 
     def change(self, node: str, first: int, within: int) -> int | None:
         """Go over to another core node, in the first frame from which the graph allows it (`CoreNodes.entry`).
@@ -176,7 +176,7 @@ class LocomotionStream:
         n = len(cycle.motion)
         count = round(_CHANGE_S * self.fps)
         part = slice(at - 2, at + 2)
-        approach = Motion(self._qpos[part], self.fps, self._contacts[part], name=self.node, body=self.body)
+        approach = Motion(self._qpos[part], self.fps, self._contacts[part], name=self.node, character=self.character)
         before = entry - 1 if entry > 0 else entry - 1 + n  # the frame before is needed for the velocity
         long = extend(cycle.motion, before + 1 + count)
         ahead = replace(long, qpos=long.qpos[before:], contacts=long.contacts[before:], events={}, name=node)

@@ -15,7 +15,7 @@ from simprep.controller.alpha_filter import filter_kernel
 from simprep.controller.influence import style_from_vectors, style_vector
 from simprep.controller.runtime.locomotion import CoreNodes, LocomotionStream
 from simprep.errors import SettingError
-from simprep.humanoid import UPPER_BODY_HINGES, humanoid_model
+from simprep.humanoid import UPPER_BODY_HINGES
 from simprep.motion.curves import dying_away
 from simprep.motion.motion import Motion
 from simprep.preparation.blending import joint_weights
@@ -108,7 +108,9 @@ class Performer:
 
     def motion(self, name: str = "approach") -> Motion:
         """Everything shown so far."""
-        return Motion(self._qpos, self.fps, self._contacts, name=name, source="simprep run time", body=self.stream.body)
+        return Motion(
+            self._qpos, self.fps, self._contacts, name=name, source="simprep run time", character=self.stream.character
+        )
 
     def turn_to(self, node: str, frames: int) -> None:
         """Go over to a core node at the first frame of the next action from which the graph allows it.
@@ -180,7 +182,7 @@ class Performer:
         end = skip + count - 1
         self.place = (float(qpos[-1, 0]), float(qpos[-1, 1]), float(source.trend[end] + made.lag[end]))
         self.synthesis_s += process_time() - begun
-        return Motion(qpos, self.fps, self._contacts[first:], name="action", body=self.stream.body)
+        return Motion(qpos, self.fps, self._contacts[first:], name="action", character=self.stream.character)
 
     def _filtered(self, before: Array, after: Array) -> Array:
         """Causal Gaussian filter; as many values as `after` and `before` have, less the filter's memory."""
@@ -212,5 +214,5 @@ class Performer:
             x = np.arange(1, frames + 1)[:, None] / (frames + 1)
             fade = dying_away(x, gap[-1], slope * (frames + 1))
             qpos[:frames, columns] += fade
-        low, high = humanoid_model(self.stream.body).jnt_range[1:].T
+        low, high = self.stream.character.model.jnt_range[1:].T
         qpos[:, 7:] = np.where(np.abs(qpos[:, 7:] - made) > 0, np.clip(qpos[:, 7:], low, high), qpos[:, 7:])

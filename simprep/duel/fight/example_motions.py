@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from simprep.character import Character
 from simprep.duel.labels.labels import Label
 from simprep.duel.labels.segmentation import contact_force
 from simprep.duel.model.action_features import ActionSummaries, FloorFrame, PoseBasis, floor_frame, summarise_actions
@@ -18,7 +19,7 @@ from simprep.duel.model.tracks import pair_tracks
 from simprep.duel.model.transition_model import DuelModel
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError
-from simprep.humanoid import FEET, Body
+from simprep.humanoid import FEET
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import rotation_matrix
 from simprep.preparation.planting import foot_heading
@@ -69,7 +70,7 @@ class ExampleMotions:
     """
 
     fps: float
-    bodies: tuple[Body, Body]
+    bodies: tuple[Character, Character]
     actions: ActionList
     known: int
     bounds: IntArray
@@ -205,7 +206,7 @@ def _examples(stream: DuelStream, actions: ActionList, basis: PoseBasis, fps: fl
     moments = np.zeros(len(actions), dtype=np.int64)
     for player, motion in enumerate(stream.players):
         qpos = _smooth(motion.qpos, stream.fps, bounds)
-        kinematics = forward_kinematics(qpos, motion.body)
+        kinematics = forward_kinematics(qpos, motion.character)
         poses.append(qpos)
         contacts.append(motion.contacts)
         heading = foot_heading(rotation_matrix(kinematics.xquat[:, FEET]))
@@ -221,7 +222,7 @@ def _examples(stream: DuelStream, actions: ActionList, basis: PoseBasis, fps: fl
     labels = [Label.from_code(int(code)) for code in actions.label]
     return ExampleMotions(
         fps=stream.fps,
-        bodies=(stream.players[0].body, stream.players[1].body),
+        bodies=(stream.players[0].character, stream.players[1].character),
         actions=actions,
         known=len(actions),
         bounds=bounds,

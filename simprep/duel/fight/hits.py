@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
+from simprep.character import SIDES
 from simprep.duel.fight.fight import Fight
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, Label
-from simprep.humanoid import SIDES
 from simprep.physics.contacts import BodyContact
 
 HIT, BLOCKED, UNINTENDED = "hit", "blocked", "unintended"

@@ -10,9 +10,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.character import SIDES
 from simprep.duel.fight.fight import Fight
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, PUNCHES, Label
-from simprep.humanoid import BODIES, SIDES, UPPER_BODY_HINGES, humanoid_model
+from simprep.humanoid import BODIES, UPPER_BODY_HINGES
 from simprep.motion.curves import smooth_step
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
@@ -92,14 +93,14 @@ def punching(fight: Fight, player: int) -> FloatArray:
 
 
 def _optimise(motion: Motion, weight: FloatArray, settings: PreparationSettings) -> tuple[Motion, PostureChange]:
-    before = forward_kinematics(motion.qpos, motion.body)
+    before = forward_kinematics(motion.qpos, motion.character)
     centre = support_centre(*support_points(before.foot_points, motion.contacts))
     found = optimise_postures(
-        motion.qpos, before.com, centre, np.ones(len(motion)), motion.fps, motion.body, settings, measure=False
+        motion.qpos, before.com, centre, np.ones(len(motion)), motion.fps, motion.character, settings, measure=False
     )
     fists = before.xipos[:, _HANDS]
     qpos = _reach(motion, found.qpos, fists, weight)
-    after = forward_kinematics(qpos, motion.body)
+    after = forward_kinematics(qpos, motion.character)
     moved = np.linalg.norm(after.xipos[:, _HANDS] - fists, axis=-1)
     supported = np.isfinite(centre[:, 0])
     lean = [np.linalg.norm((one.com[:, :2] - centre)[supported], axis=1) for one in (before, after)]
@@ -125,7 +126,7 @@ def _reach(motion: Motion, qpos: FloatArray, fists: FloatArray, weight: FloatArr
         fists: (T, 2, 3) where the hands' centres should be at weight 1, world [m].
         weight: (T, 2) how much.
     """
-    model = humanoid_model(motion.body)
+    model = motion.character.model
     data = mujoco.MjData(model)
     out = qpos.copy()
     jacobian = np.zeros((3, model.nv))

@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial.transform import Rotation
 
+from simprep.character import SIDES, Character
 from simprep.errors import SettingError
-from simprep.humanoid import DEFAULT_BODY, FEET, LEG_JOINTS, SIDES, Body, hinge_index, humanoid_model
+from simprep.humanoid import FEET, LEG_JOINTS, hinge_index, humanoid
 from simprep.motion.contacts import stances
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -212,7 +213,7 @@ def stitch(
     turning: FloatArray,
     length: int,
     fps: float,
-    body: Body = DEFAULT_BODY,
+    character: Character = humanoid(),
     settings: StitchSettings = DEFAULT_STITCH,
 ) -> Stitched:
     """Perform an action from a seam on.
@@ -225,28 +226,28 @@ def stitch(
         turning: (F, 2) headings of the example's feet: standing feet pivot by their changes [rad].
         length: frames of the action; F may be more.
         fps: frames per second [1/s].
-        body: the humanoid.
+        character: the humanoid.
         settings: times.
     """
     planned = plan_contacts(contacts, seam, fps, settings)
-    low, high = humanoid_model(body).jnt_range[1:].T
+    low, high = character.model.jnt_range[1:].T
     qpos = inertialise(seam.poses, target, before, settings.window_s * fps)
     qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
-    natural, heading = _feet(qpos, body)
+    natural, heading = _feet(qpos, character)
     planned = plan_steps(planned, natural, heading, length, fps, settings)
     # a foot lands where the example has it, whatever is left of the difference
-    wanted, facing = _feet(target, body)
+    wanted, facing = _feet(target, character)
     landing = np.zeros((len(qpos), 2, 4))
     landing[..., :2] = wanted - natural
     landing[..., 3] = wrap_angle(facing - heading)
-    made = plant(qpos, planned, follow(turning, heading, planned), fps, body, settings.ease_s, landing)
+    made = plant(qpos, planned, follow(turning, heading, planned), fps, character, settings.ease_s, landing)
     made.qpos[0] = seam.poses[1]
     return made
 
 
-def _feet(qpos: FloatArray, body: Body) -> tuple[FloatArray, FloatArray]:
+def _feet(qpos: FloatArray, character: Character) -> tuple[FloatArray, FloatArray]:
     """Ankles on the floor (F, 2, 2) [m] and headings (F, 2) [rad] of the feet."""
-    found = forward_kinematics(qpos, body)
+    found = forward_kinematics(qpos, character)
     return found.xpos[:, FEET, :2], foot_heading(rotation_matrix(found.xquat[:, FEET]))
 
 
@@ -275,7 +276,7 @@ def plant(
     contacts: BoolArray,
     turning: FloatArray,
     fps: float,
-    body: Body = DEFAULT_BODY,
+    character: Character = humanoid(),
     ease_s: float = 0.0,
     landing: FloatArray | None = None,
 ) -> Stitched:
@@ -286,7 +287,7 @@ def plant(
         contacts: (F, 2) supporting feet.
         turning: (F, 2) headings of the feet: standing feet pivot by their changes [rad].
         fps: frames per second [1/s].
-        body: the humanoid.
+        character: the humanoid.
         ease_s: time within which the pelvis may begin to sink so that legs reach; 0 where the first frame is free [s].
         landing: (F, 2, 4) corrections with which feet land (`preparation.planting.Standing`); None: where `qpos` has them.
     """
@@ -295,28 +296,28 @@ def plant(
     speed = np.abs(np.gradient(turning, 1 / fps, axis=0)) * contacts
     pivots = maximum_filter1d(np.minimum(speed / PIVOTING, 1.0), 2 * round(HEEL_S * fps) + 1, axis=0, mode="nearest")
     lift = HEEL_UP * gaussian_filter1d(pivots, HEEL_S * fps, axis=0, mode="nearest") * start[:, None]
-    lowest = np.array([leg.low[LEG_JOINTS.index("ankle_dorsiflexion")] for leg in legs(body)])
+    lowest = np.array([leg.low[LEG_JOINTS.index("ankle_dorsiflexion")] for leg in legs(character)])
     qpos[:, _DORSIFLEXION] -= np.minimum(lift, np.maximum(qpos[:, _DORSIFLEXION] - lowest, 0.0))
     standing = Standing(ease_s, DEEPEST_M, turning, landing, yielding=True)
-    made = _plant(qpos, contacts, fps, body, standing)
+    made = _plant(qpos, contacts, fps, character, standing)
     lost = contacts & (made.miss > LOST_M)
     if lost[1:].any():  # out of reach: rather a step more than a foot that slides
         wide = maximum_filter1d(lost.astype(np.uint8), 2 * round(STEP_S * fps) + 1, axis=0, mode="nearest") > 0
         wide[0] = False
         contacts = contacts & ~wide
-        made = _plant(qpos, contacts, fps, body, standing)
+        made = _plant(qpos, contacts, fps, character, standing)
     depth = -made.kinematics.foot_points[..., 2].min(axis=(1, 2))
     if depth.max() > DEEP_M:  # no knee bends so far: the pelvis must not sink so low
         wider = maximum_filter1d(np.maximum(depth, 0.0), 2 * round(SINK_S * fps) + 1, mode="nearest")
         qpos[:, 2] += gaussian_filter1d(wider, 0.5 * SINK_S * fps, mode="nearest") * start
-        made = _plant(qpos, contacts, fps, body, standing)
-    return _mend(made, fps, body)
+        made = _plant(qpos, contacts, fps, character, standing)
+    return _mend(made, fps, character)
 
 
-def _mend(made: Stitched, fps: float, body: Body) -> Stitched:
+def _mend(made: Stitched, fps: float, character: Character) -> Stitched:
     """Where a leg has no solution for a moment, its angles pass from those before to those after."""
     out, mended = made.qpos.copy(), False
-    for side, leg in enumerate(legs(body)):
+    for side, leg in enumerate(legs(character)):
         bad = made.miss[:, side] > GONE_M
         bad[0] = False
         for first, after in stances(bad):
@@ -325,9 +326,11 @@ def _mend(made: Stitched, fps: float, body: Body) -> Stitched:
                 columns = 7 + leg.hinges
                 out[first:after, columns] = (1 - share) * out[first - 1, columns] + share * out[after, columns]
                 mended = True
-    return replace(made, qpos=out, kinematics=forward_kinematics(out, body)) if mended else made
+    return replace(made, qpos=out, kinematics=forward_kinematics(out, character)) if mended else made
 
 
-def _plant(qpos: FloatArray, contacts: BoolArray, fps: float, body: Body, standing: Standing) -> Stitched:
-    made = plant_feet(qpos, None, contacts, np.ones(len(qpos)), np.zeros(2), fps, body, _PLANTING, standing=standing)
+def _plant(qpos: FloatArray, contacts: BoolArray, fps: float, character: Character, standing: Standing) -> Stitched:
+    made = plant_feet(
+        qpos, None, contacts, np.ones(len(qpos)), np.zeros(2), fps, character, _PLANTING, standing=standing
+    )
     return Stitched(made.qpos, contacts, made.kinematics, made.foot_error)

@@ -228,7 +228,7 @@ class Bout:
                     track.contacts[:frames],
                     name=f"{name}_{who}",
                     source="synthesised from recorded actions",
-                    body=self.examples.bodies["AB".index(who)],
+                    character=self.examples.bodies["AB".index(who)],
                 )
             )
             for one in track.done:

@@ -118,7 +118,7 @@ class Cuts:
 
 def stream_kinematics(stream: DuelStream) -> tuple[Kinematics, Kinematics]:
     """Kinematics of both players, to be computed once for segmentation and features."""
-    first, second = (forward_kinematics(motion.qpos, motion.body) for motion in stream.players)
+    first, second = (forward_kinematics(motion.qpos, motion.character) for motion in stream.players)
     return first, second
 
 

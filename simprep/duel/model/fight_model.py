@@ -68,7 +68,7 @@ def stream_digest(stream: DuelStream) -> str:
     """Hash of all frames, the frame rate, the seams and the bodies of a stream (SHA-256, hexadecimal)."""
     digest = hashlib.sha256(repr((stream.fps, stream.seams)).encode())
     for motion in stream.players:
-        digest.update(repr((motion.body.height_m, motion.body.mass_kg)).encode())
+        digest.update(repr((motion.character.height_m, motion.character.mass_kg)).encode())
         digest.update(np.ascontiguousarray(motion.qpos, dtype="<f8").tobytes())
         digest.update(np.packbits(motion.contacts).tobytes())
     return digest.hexdigest()

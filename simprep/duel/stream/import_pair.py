@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from simprep.archive import open_arrays, texts
+from simprep.character import Character
 from simprep.duel.stream.positions import DEFAULT_SETTINGS, PositionSettings, centres, position_clip, read_positions
 from simprep.duel.stream.store import SCHEMA, read_stream
 from simprep.duel.stream.stream import PLAYERS, DuelStream, StreamReport, check_stream, swapped_frames
 from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import Body
 from simprep.motion.formats.bvh import read_bvh_people
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.joint_map import read_joint_map
@@ -44,7 +44,7 @@ def import_pair(
     scale: float | None = None,
     joint_map: Mapping[str, str] | str | Path | None = None,
     settings: PositionSettings = DEFAULT_SETTINGS,
-    bodies: tuple[Body, Body] | None = None,
+    bodies: tuple[Character, Character] | None = None,
 ) -> PairImport:
     """Import two people recorded together.
 
@@ -88,10 +88,10 @@ def import_pair(
         _check_together(*clips)
     # joint positions come with our own names
     maps = [None if clip.format == "joint positions" else joint_map for clip in clips]
-    body = bodies or (None, None)
-    first = retarget_clip(clips[0], fps, up, scale, maps[0], body[0], keep_travel=True)
+    character = bodies or (None, None)
+    first = retarget_clip(clips[0], fps, up, scale, maps[0], character[0], keep_travel=True)
     up, scale = first.report.up, first.report.scale
-    second = retarget_clip(clips[1], fps, up, scale, maps[1], body[1], keep_travel=True)
+    second = retarget_clip(clips[1], fps, up, scale, maps[1], character[1], keep_travel=True)
     return _pair(a, b, (first, second), notes)
 
 

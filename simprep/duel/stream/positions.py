@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.archive import open_arrays, texts
+from simprep.character import SIDES
 from simprep.errors import MotionFileError, SettingError
-from simprep.humanoid import SIDES
 from simprep.motion.formats.foreign import npz_kind
 from simprep.motion.formats.numbers import LARGEST
 from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip, check_size

@@ -6,7 +6,7 @@ from typing import Any
 from simprep.archive import open_archive, write_archive
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MotionFileError
-from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, Body
+from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.store import read_poses
 
@@ -41,8 +41,8 @@ def save_stream(stream: DuelStream, path: str | Path) -> Path:
                 "name": motion.name,
                 "source": motion.source,
                 "events": dict(motion.events),
-                "height_m": motion.body.height_m,
-                "mass_kg": motion.body.mass_kg,
+                "height_m": motion.character.height_m,
+                "mass_kg": motion.character.mass_kg,
             }
             for motion in stream.players
         ],
@@ -83,5 +83,5 @@ def _player(header: dict[str, Any], archive: Any, number: int) -> Motion:
         events={str(key): int(value) for key, value in about["events"].items()},
         name=about["name"],
         source=about["source"],
-        body=Body(about["height_m"], about["mass_kg"]),
+        character=humanoid(about["height_m"], about["mass_kg"]),
     )

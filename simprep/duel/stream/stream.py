@@ -223,10 +223,10 @@ def concatenate_streams(streams: Sequence[DuelStream], name: str = "stream") -> 
                 f"{name}: {first.name} has {first.fps:g} frames per second and {other.name} {other.fps:g}"
             )
         for player, one, two in zip(PLAYERS, first.players, other.players):
-            if one.body != two.body:
+            if one.character != two.character:
                 raise MotionError(
-                    f"{name}: player {player} has another body in {first.name} ({one.body}) than in {other.name} "
-                    f"({two.body})"
+                    f"{name}: player {player} has another body in {first.name} ({one.character}) than in {other.name} "
+                    f"({two.character})"
                 )
     starts = np.cumsum([0, *(len(stream) for stream in streams)])
     players = []

@@ -15,7 +15,7 @@ from simprep.duel.synthetic.planned import FPS, Fighter
 from simprep.duel.synthetic.presets import SyntheticSettings
 from simprep.duel.synthetic.schedule import draw_clip
 from simprep.duel.synthetic.truth import Truth
-from simprep.humanoid import N_QPOS, humanoid_model
+from simprep.humanoid import N_QPOS, humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import multiply_quat
 
@@ -130,6 +130,6 @@ def _measured(qpos: FloatArray, settings: SyntheticSettings, rng: np.random.Gene
     out[:, :3] += settings.root_noise_m * noise[:, :3]
     turn = Rotation.from_rotvec(spread * noise[:, 3:6]).as_quat(scalar_first=True)
     out[:, 3:7] = multiply_quat(out[:, 3:7], turn)
-    low, high = humanoid_model().jnt_range[1:].T
+    low, high = humanoid().model.jnt_range[1:].T
     out[:, 7:] = np.clip(out[:, 7:] + spread * noise[:, 6:], low, high)
     return out

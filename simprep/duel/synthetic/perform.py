@@ -18,7 +18,7 @@ from simprep.duel.synthetic.heave import Heave, heave
 from simprep.duel.synthetic.kinds import SIDES
 from simprep.duel.synthetic.pieces import CHANNELS, FIRST_HINGE, PITCH, PIVOT, Piece, guard_posture
 from simprep.duel.synthetic.planned import FPS, Fighter, Planned
-from simprep.humanoid import FEET, GRAVITY, LEG_JOINTS, N_QPOS, hinge_index, humanoid_model
+from simprep.humanoid import FEET, GRAVITY, LEG_JOINTS, N_QPOS, hinge_index, humanoid
 from simprep.library.parts.balance import com_from_zmp
 from simprep.library.parts.posture import trunk_rotation
 from simprep.library.parts.whole_body import JointSwing, Plan, follow_com
@@ -164,7 +164,7 @@ def _plan(
     rotation = np.stack([pose[1] for pose in poses], axis=1)
     contacts = np.stack([pose[2] for pose in poses], axis=1)
     zmp = pressure_point(actions, lead, position, rotation, contacts)
-    low, high = humanoid_model().jnt_range[1:].T
+    low, high = humanoid().model.jnt_range[1:].T
     hinges = np.clip(channels[:, FIRST_HINGE:PITCH], low, high)
     plan = Plan(
         fps=FPS, foot_position=position, foot_rotation=rotation, contacts=contacts, zmp=zmp, com_height=course.height,
@@ -188,7 +188,7 @@ def _solve(plan: Plan, com: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
     qpos[:, 7:] = plan.hinges
     qpos[:, :3] = com - [0.0, 0.0, 0.06]
     follow_com(plan, qpos, com, TOLERANCE_M, PASSES)
-    low, high = humanoid_model().jnt_range[1:].T
+    low, high = humanoid().model.jnt_range[1:].T
     wanted = qpos[:, 7:].copy()
     qpos[:, 7:] = np.clip(wanted, low, high)
     kinematics = forward_kinematics(qpos)

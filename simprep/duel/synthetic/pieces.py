@@ -11,7 +11,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import BODIES, FEET, HINGES, SIDES
+from simprep.character import SIDES
+from simprep.humanoid import BODIES, FEET, HINGES
 from simprep.library.registry import library_motion
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.kinematics import forward_kinematics
@@ -83,7 +84,7 @@ class Piece:
 def piece(name: str) -> Piece:
     """The movement of a built-in motion: a punch, kick, block or dodge."""
     motion = library_motion(name)
-    kinematics = forward_kinematics(motion.qpos, motion.body)
+    kinematics = forward_kinematics(motion.qpos, motion.character)
     rotation = rotation_matrix(kinematics.xquat[:, [0, *FEET]])
     channels = np.zeros((len(motion), CHANNELS))
     root = rotation[:, 0]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import SIDES
+from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry, mirrored
 from simprep.library.parts.feet import FootPath, Stance, ankle_height
 from simprep.library.parts.limbs import SIGNS, arm_angles, limb_lengths

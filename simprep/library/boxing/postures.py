@@ -12,7 +12,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import BODIES, SIDES
+from simprep.character import SIDES
+from simprep.humanoid import BODIES
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import limb_lengths
 from simprep.library.parts.movement import (

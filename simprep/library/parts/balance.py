@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import DEFAULT_BODY, GRAVITY, Body, humanoid_model
+from simprep.character import Character
+from simprep.humanoid import GRAVITY, humanoid
 from simprep.motion.kinematics import Kinematics
 
 
@@ -28,7 +29,7 @@ def second_difference(x: NDArray[np.float64], fps: float) -> NDArray[np.float64]
 
 
 def ground_reaction(
-    kinematics: Kinematics, fps: float, body: Body = DEFAULT_BODY
+    kinematics: Kinematics, fps: float, character: Character = humanoid()
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Force and zero-moment point that a kinematic motion needs from the floor (z = 0).
 
@@ -37,13 +38,13 @@ def ground_reaction(
     Args:
         kinematics: of T >= 3 frames.
         fps: frames per second [1/s].
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         (T, 3) force [N] and (T, 2) zero-moment point [m]; the first and last frame repeat their neighbours. The point is
         NaN where the vertical force is below 5 % of the weight.
     """
-    model = humanoid_model(body)
+    model = character.model
     mass, inertia = model.body_mass[1:], model.body_inertia[1:]
     x = kinematics.xipos
     rotation = Rotation.from_quat(kinematics.xquat.reshape(-1, 4), scalar_first=True)

@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from simprep.humanoid import DEFAULT_BODY, FOOT_GEOMS, Body, humanoid_model
+from simprep.character import Character
+from simprep.humanoid import FOOT_GEOMS, humanoid
 from simprep.library.parts.limbs import SIGNS
 from simprep.motion.curves import Curve, constant, minimum_jerk
 from simprep.motion.kinematics import foot_geom_ids
@@ -48,7 +49,7 @@ class FootPath:
             the toe, and the sphere that carries does not move.
         pivot: further toe-out in stance [rad]; only while heel or toe is up, about the point that carries.
         via: (time [s], axis 0 to 2, value [m]) points that the ankle passes in the swings.
-        body: the humanoid.
+        character: the humanoid.
     """
 
     side: str
@@ -56,7 +57,7 @@ class FootPath:
     pitch: Curve = field(default_factory=constant)
     pivot: Curve = field(default_factory=constant)
     via: Sequence[tuple[float, int, float]] = ()
-    body: Body = DEFAULT_BODY
+    character: Character = humanoid()
 
     def at(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
         """Pose at given times.
@@ -92,10 +93,10 @@ class FootPath:
         return axis_rotation("z", SIGNS[self.side] * toe_out) @ axis_rotation("y", -pitch)
 
     def _stance_position(self, stance: Stance, times: NDArray[np.float64]) -> NDArray[np.float64]:
-        centres, _ = foot_spheres(self.side, self.body)
+        centres, _ = foot_spheres(self.side, self.character)
         pitch = self.pitch(times)
         pivot = np.where(pitch[:, None] > 0, centres[_HEEL], centres[_TOE])
-        flat = np.array([stance.x, stance.y, ankle_height(self.body)])
+        flat = np.array([stance.x, stance.y, ankle_height(self.character)])
         still = flat + np.einsum("ij,tj->ti", self._rotation(np.array(stance.toe_out), np.array(0.0)), pivot)
         turned = self._rotation(stance.toe_out + self.pivot(times), pitch)
         return np.asarray(still - np.einsum("tij,tj->ti", turned, pivot))
@@ -118,38 +119,38 @@ class FootPath:
         return out
 
 
-def foot_spheres(side: str, body: Body = DEFAULT_BODY) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def foot_spheres(side: str, character: Character = humanoid()) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Centres (4, 3) in the foot frame and radii (4,) of a foot's spheres, in the order of `FOOT_GEOMS` [m].
 
     Args:
         side: `left` or `right`.
-        body: the humanoid.
+        character: the humanoid.
     """
-    model = humanoid_model(body)
-    ids = foot_geom_ids(body)[0 if side == "left" else 1]
+    model = character.model
+    ids = foot_geom_ids(character)[0 if side == "left" else 1]
     return np.array(model.geom_pos[ids]), np.array(model.geom_size[ids, 0])
 
 
-def ankle_height(body: Body = DEFAULT_BODY) -> float:
+def ankle_height(character: Character = humanoid()) -> float:
     """Height of the ankle centre above the floor when the foot is flat [m].
 
     Args:
-        body: the humanoid.
+        character: the humanoid.
     """
-    centres, radii = foot_spheres("left", body)
+    centres, radii = foot_spheres("left", character)
     return float((radii - centres[:, 2]).max())
 
 
-def lowest_point(side: str, rotation: NDArray[np.float64], body: Body = DEFAULT_BODY) -> NDArray[np.float64]:
+def lowest_point(side: str, rotation: NDArray[np.float64], character: Character = humanoid()) -> NDArray[np.float64]:
     """Height of the lowest point of a foot relative to its ankle centre [m].
 
     Args:
         side: `left` or `right`.
         rotation: (T, 3, 3) of the foot.
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         (T,), negative.
     """
-    centres, radii = foot_spheres(side, body)
+    centres, radii = foot_spheres(side, character)
     return np.asarray(((rotation @ centres.T)[:, 2, :] - radii).min(axis=-1))

@@ -11,7 +11,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import DEFAULT_BODY, SIDES, Body, humanoid_model
+from simprep.character import SIDES, Character
+from simprep.humanoid import humanoid
 from simprep.motion.limb_ik import ball_joint_angles, two_bar_bend
 from simprep.motion.rotations import axis_rotation
 
@@ -41,13 +42,13 @@ class LimbLengths:
 
 
 @lru_cache(maxsize=16)
-def limb_lengths(body: Body = DEFAULT_BODY) -> LimbLengths:
+def limb_lengths(character: Character = humanoid()) -> LimbLengths:
     """Lengths of a body, read from its model.
 
     Args:
-        body: stature and mass.
+        character: stature and mass.
     """
-    model = humanoid_model(body)
+    model = character.model
     down = {name: -float(model.body(f"left_{name}").pos[2]) for name in ("shank", "foot", "forearm", "hand")}
     return LimbLengths(
         thigh=down["shank"],
@@ -65,7 +66,7 @@ def leg_angles(
     pelvis_rotation: NDArray[np.float64],
     foot_position: NDArray[np.float64],
     foot_rotation: NDArray[np.float64],
-    body: Body = DEFAULT_BODY,
+    character: Character = humanoid(),
 ) -> NDArray[np.float64]:
     """Leg hinges that put the foot where it should be; a leg that is too short stays straight and points at it.
 
@@ -75,12 +76,12 @@ def leg_angles(
         pelvis_rotation: (T, 3, 3).
         foot_position: (T, 3) ankle centre, world [m].
         foot_rotation: (T, 3, 3).
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         (T, 6) in the order of `simprep.humanoid.LEG_JOINTS` [rad].
     """
-    lengths, sign = limb_lengths(body), SIGNS[side]
+    lengths, sign = limb_lengths(character), SIGNS[side]
     hip = pelvis_position + pelvis_rotation @ lengths.hip[SIDES.index(side)]
     to_hip = np.einsum("tji,tj->ti", foot_rotation, hip - foot_position)  # foot frame
     knee = two_bar_bend(np.linalg.norm(to_hip, axis=-1), lengths.thigh, lengths.shank)
@@ -98,7 +99,7 @@ def leg_angles(
 
 
 def arm_angles(
-    side: str, fist: NDArray[np.float64], pole: NDArray[np.float64], body: Body = DEFAULT_BODY
+    side: str, fist: NDArray[np.float64], pole: NDArray[np.float64], character: Character = humanoid()
 ) -> NDArray[np.float64]:
     """Shoulder and elbow hinges that put the middle of the fist at a point of the thorax frame, wrist straight.
 
@@ -106,12 +107,12 @@ def arm_angles(
         side: `left` or `right`.
         fist: (T, 3) in the thorax frame, x forward, y left, z up, from the base of the thorax [m].
         pole: (T, 3) direction in the thorax frame into which the elbow points.
-        body: the humanoid.
+        character: the humanoid.
 
     Returns:
         (T, 4) shoulder flexion, abduction, rotation, elbow flexion [rad].
     """
-    lengths = limb_lengths(body)
+    lengths = limb_lengths(character)
     reach = fist - lengths.shoulder[SIDES.index(side)]
     distance = np.linalg.norm(reach, axis=-1)
     along = reach / distance[:, None]

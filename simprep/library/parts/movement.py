@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import SIDES
+from simprep.character import SIDES
 from simprep.library.entry import FPS
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import SIGNS, arm_angles, limb_lengths

@@ -5,7 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import HINGES, SIDES, hinge_index
+from simprep.character import SIDES
+from simprep.humanoid import HINGES, hinge_index
 from simprep.motion.curves import key_curve
 from simprep.motion.rotations import axis_rotation
 

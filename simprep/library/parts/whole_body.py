@@ -6,8 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simprep.character import SIDES, Character
 from simprep.errors import MotionError
-from simprep.humanoid import DEFAULT_BODY, HINGES, LEG_JOINTS, N_QPOS, SIDES, Body, hinge_index, humanoid_model
+from simprep.humanoid import HINGES, LEG_JOINTS, N_QPOS, hinge_index, humanoid
 from simprep.library.parts.balance import cart_table_zmp, com_from_zmp, ground_reaction, later_period
 from simprep.library.parts.limbs import leg_angles, limb_lengths
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -61,7 +62,7 @@ class Plan:
         hip_relative: feet that move with the hips; None for none.
         joint_swing: legs with given joint angles; None for none.
         passes: how often the ZMP plan is corrected for the angular momentum of the limbs.
-        body: the humanoid.
+        character: the humanoid.
     """
 
     fps: float
@@ -77,7 +78,7 @@ class Plan:
     hip_relative: HipRelative | None = None
     joint_swing: JointSwing | None = None
     passes: int = 5
-    body: Body = field(default_factory=lambda: DEFAULT_BODY)
+    character: Character = field(default_factory=lambda: humanoid())
 
 
 def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
@@ -111,7 +112,7 @@ def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
         )
         kinematics = follow_com(plan, qpos, com)
         limb_part = _limb_zmp(plan, kinematics)
-    check_limits(qpos, plan.body)
+    check_limits(qpos, plan.character)
     return qpos
 
 
@@ -134,7 +135,7 @@ def follow_com(
         qpos[:, :3] = com - [0.0, 0.0, 0.06]
     for _ in range(passes):
         _place_legs(plan, qpos)
-        kinematics = forward_kinematics(qpos, plan.body)
+        kinematics = forward_kinematics(qpos, plan.character)
         error = com - kinematics.com
         if np.abs(error).max() < tolerance:
             break
@@ -143,7 +144,7 @@ def follow_com(
 
 
 def _place_legs(plan: Plan, qpos: NDArray[np.float64]) -> None:
-    hips = limb_lengths(plan.body).hip
+    hips = limb_lengths(plan.character).hip
     for number, side in enumerate(SIDES):
         foot = plan.foot_position[:, number]
         if plan.hip_relative is not None:
@@ -151,7 +152,7 @@ def _place_legs(plan: Plan, qpos: NDArray[np.float64]) -> None:
             hip = qpos[:, :3] + plan.root_rotation @ hips[number]
             foot = (1 - weight) * foot + weight * (hip + plan.hip_relative.offset[:, number])
         qpos[:, _LEG_COLUMNS[number]] = leg_angles(
-            side, qpos[:, :3], plan.root_rotation, foot, plan.foot_rotation[:, number], plan.body
+            side, qpos[:, :3], plan.root_rotation, foot, plan.foot_rotation[:, number], plan.character
         )
         if plan.joint_swing is not None:
             weight = plan.joint_swing.weight[:, number, None]
@@ -163,7 +164,7 @@ def _limb_zmp(plan: Plan, kinematics: Kinematics) -> NDArray[np.float64]:
     """ZMP of the whole body minus that of its COM alone; zero in flight."""
     if plan.shift is not None:
         kinematics = _padded(kinematics, plan.shift, plan.turn)
-    _, point = ground_reaction(kinematics, plan.fps, plan.body)
+    _, point = ground_reaction(kinematics, plan.fps, plan.character)
     part = np.nan_to_num(point - cart_table_zmp(kinematics.com, plan.fps))
     if plan.shift is not None:
         return part[1:-1]
@@ -186,17 +187,17 @@ def _padded(kinematics: Kinematics, shift: NDArray[np.float64], turn: float) -> 
     )
 
 
-def check_limits(qpos: NDArray[np.float64], body: Body = DEFAULT_BODY) -> None:
+def check_limits(qpos: NDArray[np.float64], character: Character = humanoid()) -> None:
     """Clip hinges to their ranges, in place.
 
     Args:
         qpos: (T, 44) poses.
-        body: the humanoid.
+        character: the humanoid.
 
     Raises:
         MotionError: a pose leaves the joint limits by more than 0.5 deg.
     """
-    low, high = humanoid_model(body).jnt_range[1:].T
+    low, high = character.model.jnt_range[1:].T
     excess = np.maximum(low - qpos[:, 7:], qpos[:, 7:] - high)
     frame, hinge = np.unravel_index(int(np.argmax(excess)), excess.shape)
     if excess[frame, hinge] > np.radians(0.5):

@@ -11,7 +11,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import SIDES, hinge_index
+from simprep.character import SIDES
+from simprep.humanoid import hinge_index
 from simprep.library.entry import FPS
 from simprep.library.parts.balance import later_period
 from simprep.library.parts.feet import FootPath, Stance, lowest_point

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import SIDES
+from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry
 from simprep.library.parts.posture import RELAXED, hinge_angles
 from simprep.library.parts.whole_body import Plan, solve_whole_body

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import SIDES
+from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry
 from simprep.library.parts.feet import FootPath, Stance, lowest_point
 from simprep.library.parts.limbs import SIGNS

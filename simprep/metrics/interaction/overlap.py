@@ -7,10 +7,11 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.character import SIDES
 from simprep.duel.fight.hits import ARMS, striking_aspect
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS
 from simprep.duel.stream.stream import DuelStream
-from simprep.humanoid import BODIES, SIDES
+from simprep.humanoid import BODIES
 from simprep.metrics.interaction.reactions import check_table, limb_attacks
 from simprep.motion.contacts import stances
 from simprep.physics.bodies import geom_owners, scene_bodies
@@ -93,7 +94,7 @@ def overlaps(stream: DuelStream) -> Overlaps:
         stream: two people.
     """
     a, b = stream.players
-    model = build_scene(SceneSettings((a.body, b.body)))
+    model = build_scene(SceneSettings((a.character, b.character)))
     bodies = scene_bodies(model)
     owner, segment = geom_owners(model, bodies)
     data = mujoco.MjData(model)

@@ -126,9 +126,11 @@ def simulated_stream(run: Run, fight: Fight) -> tuple[DuelStream, DuelStream]:
     for number, (name, planned) in enumerate(zip(PLAYERS, fight.stream.players)):
         one = run.body(number)
         measured = one.simulated_motion()
-        simulated.append(Motion(measured.qpos[steps], fps, measured.contacts[steps], name=name, body=measured.body))
+        simulated.append(
+            Motion(measured.qpos[steps], fps, measured.contacts[steps], name=name, character=measured.character)
+        )
         feet = planned.contacts[:count]
-        tracked.append(Motion(one.reference_qpos[steps], fps, feet, name=name, body=measured.body))
+        tracked.append(Motion(one.reference_qpos[steps], fps, feet, name=name, character=measured.character))
     names = ((f"{fight.stream.name} {word}",) for word in ("simulated", "tracked"))
     first, second = (
         DuelStream((pair[0], pair[1]), name=name) for pair, (name,) in zip((simulated, tracked), names, strict=True)

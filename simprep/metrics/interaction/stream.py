@@ -264,7 +264,7 @@ def _errors(stream: DuelStream, reference: DuelStream | None, simulated: Sequenc
             f"reference of {len(reference)} frames at {reference.fps:g} 1/s for a stream of {len(stream)} at "
             f"{stream.fps:g} 1/s; valid: equal rates, and at least as many frames"
         )
-    wanted = [forward_kinematics(motion.qpos[: len(stream)], motion.body).xpos for motion in reference.players]
+    wanted = [forward_kinematics(motion.qpos[: len(stream)], motion.character).xpos for motion in reference.players]
     return position_errors(np.concatenate(simulated), np.concatenate(wanted))
 
 

@@ -57,7 +57,7 @@ def plot_cuts(
             if first < seam < after:
                 axes.axvline(seam / stream.fps, color="black", lw=1.5)
         motion = stream.players[number]
-        feet = forward_kinematics(motion.qpos[first:after], motion.body).xpos[:, FEET, 2]
+        feet = forward_kinematics(motion.qpos[first:after], motion.character).xpos[:, FEET, 2]
         right = axes.twinx()
         for side, height, colour in zip(("left", "right"), feet.T, COLOURS[1:]):
             right.plot(seconds, height, ":", color=colour, lw=1, label=f"{side} ankle")

@@ -87,7 +87,7 @@ def save_pair_strip(
 def _pictures(stream: DuelStream, frames: Sequence[int], settings: StripSettings) -> list[NDArray[np.uint8]]:
     import mujoco
 
-    bodies = tuple(motion.body for motion in stream.players)
+    bodies = tuple(motion.character for motion in stream.players)
     model = build_scene(SceneSettings(bodies, settings.scene.obstacles, settings.scene.timestep))
     for geom in range(model.ngeom):
         for prefix, tint in zip(("a_", "b_"), TINTS):

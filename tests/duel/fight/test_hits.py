@@ -9,7 +9,7 @@ from simprep.duel.fight.fight import Fight, FightAction
 from simprep.duel.fight.hits import BLOCKED, GRACE_S, HIT, NOBODY, UNINTENDED, judge
 from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import DuelStream
-from simprep.humanoid import standing_qpos
+from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.contacts import BodyContact
 
@@ -21,7 +21,7 @@ def fight() -> Fight:
     frames = 180
     motions = []
     for x in (0.0, 1.0):
-        qpos = np.repeat(standing_qpos()[None], frames, axis=0)
+        qpos = np.repeat(humanoid().standing_qpos.copy()[None], frames, axis=0)
         qpos[:, 0] = x
         motions.append(Motion(qpos, FPS, np.ones((frames, 2), dtype=bool)))
     plan = (

@@ -20,7 +20,7 @@ from simprep.duel.stream.stream import facing_error, root_distance
 from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import PRESETS
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import UPPER_BODY_HINGES, humanoid_model, standing_qpos
+from simprep.humanoid import UPPER_BODY_HINGES, humanoid
 from simprep.metrics.contact import floor_penetration, foot_slip, stance_drift
 from simprep.motion.edit import yaw
 from simprep.motion.turns import turned
@@ -155,7 +155,7 @@ def test_what_would_need_too_much_speed_is_not_warped():
 
 
 def swaying(frames, phase, speed):
-    qpos = np.tile(standing_qpos(), (frames, 1))
+    qpos = np.tile(humanoid().standing_qpos.copy(), (frames, 1))
     t = np.arange(frames) / 60
     qpos[:, 7:] += 0.3 * np.sin(speed * t + phase)[:, None]
     qpos[:, 0] += 0.4 * t * np.cos(phase)
@@ -184,7 +184,7 @@ def test_what_was_recorded_next_goes_on_unchanged():
 
 
 def seam_with(contacts, lift):
-    return Seam(np.tile(standing_qpos(), (3, 1)), np.array(contacts), np.array(lift))
+    return Seam(np.tile(humanoid().standing_qpos.copy(), (3, 1)), np.array(contacts), np.array(lift))
 
 
 def test_a_foot_in_the_air_lands_first_and_the_other_waits():
@@ -271,7 +271,7 @@ def test_moments_of_attack_and_reaction_coincide_where_they_can_and_nothing_else
 def test_a_fight_is_whole_and_its_poses_are_possible(fight, examples, model):
     assert len(fight.stream) == round(SECONDS * examples.fps)
     assert fight.seed == 1
-    low, high = humanoid_model().jnt_range[1:].T
+    low, high = humanoid().model.jnt_range[1:].T
     for player in (0, 1):
         motion = fight.stream.players[player]
         assert (motion.qpos[:, 7:] >= low - 1e-9).all()

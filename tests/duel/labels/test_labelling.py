@@ -42,7 +42,7 @@ def test_features_ignore_place_and_heading_and_mirror_with_the_motion(fight):
     motion = move(motion, (0.4, 0.1), 0.3)
 
     def features(changed):
-        return motion_features(forward_kinematics(changed.qpos, changed.body), SEGMENTS)
+        return motion_features(forward_kinematics(changed.qpos, changed.character), SEGMENTS)
 
     before = features(motion)
     assert before.shape == (3, 10 * 54)
@@ -58,7 +58,7 @@ def test_features_are_steps_turns_and_joints_in_the_roots_frame():
     qpos[:, 3], qpos[:, 6] = np.cos(0.2 * seconds), np.sin(0.2 * seconds)  # turns at 0.4 rad/s
     qpos[:, 0] += np.sin(0.4 * seconds) / 0.4  # and walks along its heading at 1 m/s
     qpos[:, 1] += (1 - np.cos(0.4 * seconds)) / 0.4
-    poses = motion_features(forward_kinematics(qpos, motion.body), np.array([[0, 28]]))[0].reshape(10, 54)
+    poses = motion_features(forward_kinematics(qpos, motion.character), np.array([[0, 28]]))[0].reshape(10, 54)
     step = 3 / motion.fps
     assert np.all(poses[0, :3] == 0)
     assert poses[1:, 2] == pytest.approx(0.4 * step)
@@ -67,7 +67,7 @@ def test_features_are_steps_turns_and_joints_in_the_roots_frame():
     assert np.abs(poses[:, 3:] - poses[0, 3:]).max() < 1e-4
     assert poses[0, 3:6] == pytest.approx([0, 0, qpos[0, 2]])
     with pytest.raises(SettingError, match="outside the 90 frames"):
-        motion_features(forward_kinematics(qpos, motion.body), np.array([[80, 95]]))
+        motion_features(forward_kinematics(qpos, motion.character), np.array([[80, 95]]))
 
 
 def test_a_third_of_the_annotations_labels_the_rest(fight):

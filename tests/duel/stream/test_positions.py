@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from duel_cases import bout
 
+from simprep.character import SIDES
 from simprep.cli.main import main
 from simprep.duel.stream.import_pair import import_pair
 from simprep.duel.stream.positions import PositionSettings, position_clip, read_positions
 from simprep.duel.stream.store import read_stream, save_stream
 from simprep.duel.stream.stream import root_distance
 from simprep.errors import MotionFileError, SettingError
-from simprep.humanoid import BODIES, SIDES, Body
+from simprep.humanoid import BODIES, humanoid
 from simprep.motion.edit import resample
 from simprep.motion.kinematics import forward_kinematics
 
@@ -24,7 +25,7 @@ JOINTS = [BODIES.index("neck"), *(BODIES.index(f"{side}_{part}") for side in SID
 @pytest.fixture(scope="module")
 def recorded():
     stream = bout(np.random.default_rng(4), 4)[0].part(0, 60)
-    points = [forward_kinematics(motion.qpos, motion.body).xpos[:, JOINTS] for motion in stream.players]
+    points = [forward_kinematics(motion.qpos, motion.character).xpos[:, JOINTS] for motion in stream.players]
     return stream, np.stack(points, axis=1)
 
 
@@ -40,8 +41,8 @@ def test_thirteen_joints_bring_back_pose_place_and_stature(recorded, tmp_path):
     noisy[20:24, 0, 5] = np.nan
     pair = import_pair(write(tmp_path / "p.npz", noisy))
     for truth, motion in zip(stream.players, pair.stream.players):
-        assert motion.body.height_m == pytest.approx(truth.body.height_m, abs=0.02)
-        ours, theirs = (forward_kinematics(m.qpos, m.body).xpos[:, JOINTS] for m in (motion, truth))
+        assert motion.character.height_m == pytest.approx(truth.character.height_m, abs=0.02)
+        ours, theirs = (forward_kinematics(m.qpos, m.character).xpos[:, JOINTS] for m in (motion, truth))
         error = np.linalg.norm(ours - theirs, axis=-1)
         assert np.median(error) < 0.02
         assert error.mean() < 0.03
@@ -101,7 +102,7 @@ def test_a_clip_like_another_can_be_joined_to_it(recorded, tmp_path, monkeypatch
     stream, points = recorded
     monkeypatch.chdir(tmp_path)
     write(tmp_path / "p.npz", points)
-    faster = [replace(resample(motion, 60.0), body=Body(1.7)) for motion in stream.players]
+    faster = [replace(resample(motion, 60.0), character=humanoid(1.7)) for motion in stream.players]
     save_stream(replace(stream, players=tuple(faster)), "first.npz")
     assert main(["duel", "import", "p.npz", "--like", "first.npz", "-o", "second.npz"]) == 0
     assert main(["duel", "join", "first.npz", "second.npz", "-o", "both.npz"]) == 0

@@ -12,7 +12,7 @@ from simprep.duel.stream.import_pair import import_pair
 from simprep.duel.stream.store import read_stream, save_stream
 from simprep.duel.stream.stream import DuelStream, check_stream, concatenate_streams, facing_error, root_distance
 from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import Body
+from simprep.humanoid import humanoid
 from simprep.motion.edit import cut, move, resample, yaw
 from simprep.motion.load import read_source
 from simprep.motion.store import save_motion
@@ -73,8 +73,8 @@ def test_concatenated_clips_keep_their_seams_and_survive_a_file(tmp_path):
     back = read_stream(save_stream(both, tmp_path / "bout"))
     assert (back.seams, back.clips, back.name) == (both.seams, both.clips, both.name)
     assert all(np.array_equal(x.qpos, y.qpos) for x, y in zip(back.players, both.players))
-    assert back.players[0].body == both.players[0].body
-    other = replace(two, players=(two.players[0], replace(two.players[1], body=Body(1.6, 60.0))))
+    assert back.players[0].character == both.players[0].character
+    other = replace(two, players=(two.players[0], replace(two.players[1], character=humanoid(1.6, 60.0))))
     with pytest.raises(MotionError, match="player B has another body"):
         concatenate_streams([one, other])
     with pytest.raises(MotionError, match="30 frames per second and stream 60"):
@@ -136,8 +136,8 @@ def test_the_handshake_pair_comes_in_one_frame(data_dir):
     assert np.array([ours[0], ours.min(), ours[-1]]) == pytest.approx(distances(hips), abs=0.02)
     assert np.abs(ours - np.linalg.norm(hips[0] - hips[1], axis=1)).max() < 0.03
     # bodies of another size keep the distance too
-    given = import_pair(*files, bodies=(Body(), Body(1.6, 60.0)))
-    assert given.stream.players[1].body == Body(1.6, 60.0)
+    given = import_pair(*files, bodies=(humanoid(), humanoid(1.6, 60.0)))
+    assert given.stream.players[1].character == humanoid(1.6, 60.0)
     assert np.abs(root_distance(given.stream) - ours).max() < 0.05
     # both walk up to each other
     assert check_stream(pair.stream).facing_share[1] > 0.9

@@ -52,7 +52,7 @@ def test_metrics_of_a_recording_and_of_the_same_as_a_fight(example):
     assert (found.g_mpjpe_mm, found.mpjpe_mm) == (0, 0)
     assert found.js == dict.fromkeys(KINDS, 0.0)
     a, b = stream.players
-    depth = overlap_of_poses((a.qpos, b.qpos), (a.body, b.body))
+    depth = overlap_of_poses((a.qpos, b.qpos), (a.character, b.character))
     assert found.penetration.max_mm == pytest.approx(1e3 * depth.max())
     assert found.penetration.mean_mm == pytest.approx(1e3 * depth.mean())
     assert found.ground_penetration.max_mm == pytest.approx(1e3 * max(floor_penetration(m).max() for m in (a, b)))

@@ -108,7 +108,7 @@ def test_chance_is_what_independent_fighters_score(coupled):
 
 def test_overlap_is_that_of_physics_whoever_is_first_and_none_at_arms_length():
     near = pair(*(standing(3, 0.2).players))
-    depth = overlap_of_poses([m.qpos for m in near.players], [m.body for m in near.players])
+    depth = overlap_of_poses([m.qpos for m in near.players], [m.character for m in near.players])
     found = overlaps(near)
     np.testing.assert_allclose(found.deepest, depth)
     assert depth[0] > 0.02

@@ -1,0 +1,217 @@
+"""A body as a value: its model, the names of its parts, their groups and roles. Functions take all of it from here.
+
+What is so described has a free root, legs with feet, and hinges moved by position servos. A *segment* is a MuJoCo body of
+it; its frame's origin is the joint that moves it.
+"""
+
+import hashlib
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from types import MappingProxyType
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.errors import SettingError, UnknownNameError
+
+SIDES = ("left", "right")
+ROLES = (
+    "pelvis", "abdomen", "thorax", "neck", "head",
+    *(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")),
+)  # fmt: skip
+"""What a segment can be to a function; a character needs the legs' and the pelvis, and may lack others."""
+NEEDED_ROLES = ("pelvis", *(f"{side}_{part}" for side in SIDES for part in ("thigh", "shank", "foot")))
+
+IntArray = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False)
+class Character:
+    """Everything that a function needs to know of a body.
+
+    Two characters are equal if their names and digests are.
+
+    Attributes:
+        name: of the kind of body, as files state it.
+        build: makes an editable model of the body alone, without a floor; a module-level function, so that it can be
+            pickled.
+        roles: which segment plays which role (see `ROLES`), by role.
+        soles: names of the geoms under the left and the right foot, whose lowest points bear.
+        upper: joints of the upper body, lower: of the lower body; together all, each in model order.
+        groups: further named groups of joints, such as `trunk`, `left_arm`.
+        mirror: the joint on the other side and the sign with which its angle mirrors in the sagittal plane, by joint.
+        balancing: joints that the paper's posture optimisation may move.
+        fused: joints that a planner may leave out, and fused_segments: the segments they would move.
+        height_m: stature [m], mass_kg: mass [kg], as far as they apply.
+
+    Raises:
+        SettingError: a role, sole or joint that the model lacks, or a needed one that is missing.
+    """
+
+    name: str
+    build: Callable[[], mujoco.MjSpec]
+    roles: Mapping[str, str]
+    soles: tuple[tuple[str, ...], tuple[str, ...]]
+    upper: tuple[str, ...]
+    lower: tuple[str, ...]
+    groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    mirror: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    balancing: tuple[str, ...] = ()
+    fused: tuple[str, ...] = ()
+    fused_segments: tuple[str, ...] = ()
+    height_m: float | None = None
+    mass_kg: float | None = None
+
+    def __post_init__(self) -> None:
+        for attribute in ("roles", "groups", "mirror"):
+            object.__setattr__(self, attribute, MappingProxyType(dict(getattr(self, attribute))))
+        missing = [role for role in NEEDED_ROLES if role not in self.roles]
+        if missing:
+            raise SettingError(
+                f"character {self.name!r} has no {', '.join(missing)}; needed: {', '.join(NEEDED_ROLES)}"
+            )
+        unknown = [role for role in self.roles if role not in ROLES]
+        if unknown:
+            raise SettingError(f"character {self.name!r}: unknown role {unknown[0]!r}; valid: {', '.join(ROLES)}")
+
+    def __repr__(self) -> str:
+        size = f", {self.height_m:g} m, {self.mass_kg:g} kg" if self.height_m and self.mass_kg else ""
+        return f"<Character {self.name}{size}, {len(self.joints)} joints, {self.digest}>"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Character) and (self.name, self.digest) == (other.name, other.digest)
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.digest))
+
+    def __reduce__(self) -> tuple[object, ...]:
+        plain = (dict(self.roles), self.soles, self.upper, self.lower, dict(self.groups), dict(self.mirror))
+        rest = (self.balancing, self.fused, self.fused_segments, self.height_m, self.mass_kg)
+        return Character, (self.name, self.build, *plain, *rest)
+
+    @cached_property
+    def model(self) -> mujoco.MjModel:
+        """The body alone, compiled, for kinematics; shared, so do not write to it."""
+        return self.build().compile()
+
+    @cached_property
+    def digest(self) -> str:
+        """Twelve hexadecimal digits that change with the model or its description."""
+        about = [
+            self.name, dict(self.roles), self.soles, self.upper, self.lower, dict(self.groups), dict(self.mirror),
+            self.balancing, self.fused, self.fused_segments, self.height_m, self.mass_kg,
+        ]  # fmt: skip
+        sha = hashlib.sha256(json.dumps(about, sort_keys=True).encode())
+        sha.update(self.build().to_xml().encode())
+        return sha.hexdigest()[:12]
+
+    @cached_property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the hinges in model order: joint k is qpos[7 + k] and qvel[6 + k]."""
+        return tuple(self.model.joint(index).name for index in range(1, self.model.njnt))
+
+    @cached_property
+    def segments(self) -> tuple[str, ...]:
+        """Names of the segments in model order: segment k is model body k + 1."""
+        return tuple(self.model.body(index).name for index in range(1, self.model.nbody))
+
+    @property
+    def nq(self) -> int:
+        """Entries of a pose."""
+        return int(self.model.nq)
+
+    @property
+    def nv(self) -> int:
+        """Entries of a velocity."""
+        return int(self.model.nv)
+
+    @cached_property
+    def _joint_index(self) -> dict[str, int]:
+        return {name: index for index, name in enumerate(self.joints)}
+
+    @cached_property
+    def _segment_index(self) -> dict[str, int]:
+        return {name: index for index, name in enumerate(self.segments)}
+
+    def joint(self, name: str) -> int:
+        """Index of a joint in `joints`; qpos index is 7 more, qvel index 6 more.
+
+        Args:
+            name: of the joint.
+
+        Raises:
+            UnknownNameError: no such joint.
+        """
+        if name not in self._joint_index:
+            raise UnknownNameError("joint", name, self.joints)
+        return self._joint_index[name]
+
+    def joint_indices(self, names: Sequence[str]) -> IntArray:
+        """Indices of several joints in `joints`.
+
+        Args:
+            names: of the joints.
+
+        Raises:
+            UnknownNameError: no such joint.
+        """
+        return np.array([self.joint(name) for name in names], dtype=np.intp)
+
+    def has(self, role: str) -> bool:
+        """Whether some segment plays a role.
+
+        Args:
+            role: one of `ROLES`.
+        """
+        return role in self.roles
+
+    def segment(self, role: str) -> int:
+        """Index in `segments` of the segment that plays a role; its model body id is 1 more.
+
+        Args:
+            role: one of `ROLES`.
+
+        Raises:
+            SettingError: the character lacks it.
+        """
+        if role not in self.roles:
+            raise SettingError(
+                f"character {self.name!r} has no {role!r}, which is needed here; it has {', '.join(self.roles)}"
+            )
+        return self._segment_index[self.roles[role]]
+
+    @cached_property
+    def feet(self) -> tuple[int, int]:
+        """Left and right foot as indices into `segments`."""
+        return self.segment("left_foot"), self.segment("right_foot")
+
+    @cached_property
+    def upper_joints(self) -> IntArray:
+        """Indices of the joints of the upper body."""
+        return self.joint_indices(self.upper)
+
+    @cached_property
+    def lower_joints(self) -> IntArray:
+        """Indices of the joints of the lower body."""
+        return self.joint_indices(self.lower)
+
+    @cached_property
+    def sole_geoms(self) -> IntArray:
+        """Geom ids in `model` of the soles (2, N): left, right."""
+        return np.array([[self.model.geom(name).id for name in side] for side in self.soles], dtype=np.intp)
+
+    @cached_property
+    def mirror_map(self) -> tuple[IntArray, NDArray[np.float64]]:
+        """How joints mirror in the sagittal plane: mirrored[k] = sign[k] * angle[index[k]], both (joints,)."""
+        pairs = [self.mirror.get(name, (name, 1.0)) for name in self.joints]
+        return self.joint_indices([other for other, _ in pairs]), np.array([sign for _, sign in pairs])
+
+    @cached_property
+    def standing_qpos(self) -> NDArray[np.float64]:
+        """The model's reference pose (nq,), upright on the floor at the origin, facing x. Read-only."""
+        qpos = np.array(self.model.qpos0)
+        qpos.setflags(write=False)
+        return qpos
