@@ -23,6 +23,10 @@ ROLES = (
     *(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")),
 )  # fmt: skip
 """What a segment can be to a function; a character needs the legs' and the pelvis, and may lack others."""
+_PARENT_ROLE = {
+    "abdomen": "pelvis", "thorax": "abdomen", "neck": "thorax", "head": "neck", "upper_arm": "thorax",
+    "forearm": "SIDE_upper_arm", "hand": "SIDE_forearm", "thigh": "pelvis", "shank": "SIDE_thigh", "foot": "SIDE_shank",
+}  # fmt: skip
 NEEDED_ROLES = ("pelvis", *(f"{side}_{part}" for side in SIDES for part in ("thigh", "shank", "foot")))
 
 IntArray = NDArray[np.intp]
@@ -182,6 +186,24 @@ class Character:
                 f"character {self.name!r} has no {role!r}, which is needed here; it has {', '.join(self.roles)}"
             )
         return self._segment_index[self.roles[role]]
+
+    def rest_offset(self, role: str) -> NDArray[np.float64]:
+        """From the origin of the segment that a role hangs on to its own, in the reference pose (3,) [m].
+
+        Args:
+            role: one of `ROLES`; the pelvis' is its place in the world.
+
+        Raises:
+            SettingError: the character lacks it, or what it hangs on.
+        """
+        own = 1 + self.segment(role)
+        above = 0 if role == "pelvis" else 1 + self.segment(_PARENT_ROLE[role.removeprefix("left_").removeprefix("right_")]
+            .replace("SIDE", role.split("_")[0]))  # fmt: skip
+        if self.model.body_parentid[own] == above:
+            return np.array(self.model.body_pos[own])
+        data = mujoco.MjData(self.model)
+        mujoco.mj_kinematics(self.model, data)
+        return np.asarray(data.xpos[own] - data.xpos[above])
 
     @cached_property
     def feet(self) -> tuple[int, int]:

@@ -1,14 +1,12 @@
 """Poses near the targets of a clip in closed form, from which the inverse kinematics starts."""
 
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.character import Character
-from simprep.humanoid import BODIES, hinge_index
+from simprep.character import ROLES, Character
 from simprep.motion.limb_paths import Limb, limb_path
 from simprep.motion.targets import Targets, frame_from, unit
 
@@ -24,10 +22,10 @@ def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
         character: the humanoid.
 
     Returns:
-        (T, 44) qpos within the limits.
+        (T, nq) qpos within the limits.
     """
     model = character.model
-    at = {name: targets.positions[:, number] for number, name in enumerate(BODIES)}
+    at = {name: targets.positions[:, number] for number, name in enumerate(ROLES)}
     pelvis = frame_from(at["left_thigh"] - at["right_thigh"], at["abdomen"] - at["pelvis"])
     thorax = frame_from(at["left_upper_arm"] - at["right_upper_arm"], at["neck"] - at["thorax"])
     qpos = np.tile(model.qpos0, (len(targets.positions), 1))
@@ -35,7 +33,7 @@ def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
     qpos[:, 3:7] = Rotation.from_matrix(pelvis).as_quat(scalar_first=True)
 
     def put(name: str, angle: NDArray[np.float64]) -> None:
-        index = hinge_index(name)
+        index = character.joint(name)
         qpos[:, 7 + index] = np.clip(angle, *model.jnt_range[1 + index])
 
     half = Rotation.from_rotvec(Rotation.from_matrix(np.swapaxes(pelvis, -1, -2) @ thorax).as_rotvec() / 2)
@@ -52,14 +50,14 @@ def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
             put(f"{segment}_flexion", flexion / 2)
             put(f"{segment}_rotation", rotation / 2)
     for number, (side, sign) in enumerate((("left", 1.0), ("right", -1.0))):
-        arm = _limb_into(qpos, model, targets, thorax, (f"{side}_upper_arm", f"{side}_forearm", f"{side}_hand"))
+        arm = _limb_into(qpos, character, targets, thorax, (f"{side}_upper_arm", f"{side}_forearm", f"{side}_hand"))
         if targets.oriented[1 + number]:
             hand = np.swapaxes(arm, -1, -2) @ targets.orientations[:, 1 + number]
             pronation, flexion, deviation = Rotation.from_matrix(hand).as_euler("ZXY").T
             put(f"{side}_forearm_pronation", -sign * pronation)
             put(f"{side}_wrist_flexion", -sign * flexion)
             put(f"{side}_wrist_deviation", -deviation)
-        leg = _limb_into(qpos, model, targets, pelvis, (f"{side}_thigh", f"{side}_shank", f"{side}_foot"))
+        leg = _limb_into(qpos, character, targets, pelvis, (f"{side}_thigh", f"{side}_shank", f"{side}_foot"))
         if targets.oriented[3 + number]:
             foot = np.swapaxes(leg, -1, -2) @ targets.orientations[:, 3 + number]
             flexion, inversion, _ = Rotation.from_matrix(foot).as_euler("YXZ").T
@@ -69,12 +67,17 @@ def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
 
 
 def _limb_into(
-    qpos: NDArray[np.float64], model: Any, targets: Targets, parent: NDArray[np.float64], names: tuple[str, str, str]
+    qpos: NDArray[np.float64],
+    character: Character,
+    targets: Targets,
+    parent: NDArray[np.float64],
+    names: tuple[str, str, str],
 ) -> NDArray[np.float64]:
     """Fill in a limb's four hinges; returns the orientations of its second bone (T, 3, 3)."""
-    first, middle, distal = (1 + BODIES.index(name) for name in names)
+    model = character.model
+    first, middle, distal = (1 + character.segment(name) for name in names)
     limb = Limb.of_model(model, first, middle, distal)
-    place = [targets.positions[:, character - 1] for character in (first, middle, distal)]
+    place = [targets.positions[:, ROLES.index(name)] for name in names]
     bones = [np.einsum("tji,tj->ti", parent, unit(b - a)) for a, b in pairwise(place)]
     angles = limb_path(limb, bones[0], bones[1], targets.fps)
     shoulder = int(model.jnt_qposadr[model.body_jntadr[first]])

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from simprep.character import SIDES
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import N_QPOS, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.formats.skeleton import MAX_VALUES
 from simprep.motion.motion import MAX_FPS, MIN_FPS, Motion
 from simprep.motion.rotations import multiply_quat, wrap_angle
@@ -85,7 +85,7 @@ def resample(motion: Motion, fps: float) -> Motion:
         raise SettingError(f"frame rate {fps} 1/s; valid: {MIN_FPS:g} to {MAX_FPS:g}")
     if fps == motion.fps:
         return motion
-    if motion.duration * fps * N_QPOS > MAX_VALUES:
+    if motion.duration * fps * motion.character.nq > MAX_VALUES:
         raise SettingError(f"frame rate {fps:g} 1/s: {motion.duration * fps:.0f} frames of {motion.name} are too many")
     if motion.loop:
         frames = max(2, round(motion.duration * fps))

@@ -13,7 +13,6 @@ from scipy.ndimage import gaussian_filter1d
 
 from simprep.character import Character
 from simprep.motion.contacts import stances
-from simprep.motion.kinematics import foot_geom_ids
 from simprep.motion.rotations import axis_rotation
 from simprep.motion.targets import unit
 
@@ -89,7 +88,7 @@ class FootPoses:
 def sole_geometry(character: Character) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Centres (2, 4, 3) in the foot's frame and radii (2, 4) of the foot spheres [m]."""
     model = character.model
-    ids = foot_geom_ids(character)
+    ids = character.sole_geoms
     return np.array(model.geom_pos[ids]), np.array(model.geom_size[ids, 0])
 
 

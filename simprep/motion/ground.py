@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from simprep.character import SIDES, Character
-from simprep.humanoid import BODIES, FEET, GRAVITY
+from simprep.character import ROLES, SIDES, Character
+from simprep.humanoid import GRAVITY
 from simprep.motion.contacts import contacts_of_points, stances
 from simprep.motion.foot_passage import place_feet
 from simprep.motion.footholds import FootPoses, sole_points
@@ -16,10 +16,11 @@ from simprep.motion.retarget import RetargetSettings, solve
 from simprep.motion.set_down import set_down
 from simprep.motion.targets import ORIENTED, UPRIGHT, Targets, unit
 
-HIPS = (BODIES.index("left_thigh"), BODIES.index("right_thigh"))
-KNEES = (BODIES.index("left_shank"), BODIES.index("right_shank"))
+ANKLES = (ROLES.index("left_foot"), ROLES.index("right_foot"))
+HIPS = (ROLES.index("left_thigh"), ROLES.index("right_thigh"))
+KNEES = (ROLES.index("left_shank"), ROLES.index("right_shank"))
 ARMS_AND_KNEES = tuple(
-    BODIES.index(name) for name in BODIES if name.endswith(("hand", "forearm", "shank")) or name in ("pelvis", "head")
+    ROLES.index(name) for name in ROLES if name.endswith(("hand", "forearm", "shank")) or name in ("pelvis", "head")
 )
 LIMB_RADIUS = 0.045
 """Radius of the limbs where they touch the floor, for finding it [m]."""
@@ -51,7 +52,7 @@ class Placed:
     """A retargeted clip on the floor z = 0.
 
     Attributes:
-        qpos: (T, 44) poses.
+        qpos: (T, nq) poses.
         contacts: (T, 2) feet that stand.
         unsettled: (T,) frames whose inverse kinematics did not settle.
         warnings: what was changed.
@@ -77,7 +78,7 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
     cyclic = targets.step is not None
     whole = _three_cycles(targets) if cyclic else targets
     levelled, warnings = level_floor(whole, character)
-    feet = FootPoses(levelled.positions[:, FEET], levelled.orientations[:, 3:5])
+    feet = FootPoses(levelled.positions[:, ANKLES], levelled.orientations[:, 3:5])
     soles = sole_points(feet, character)
     touching = contacts_of_points(soles, targets.fps)
     lowest = soles[..., 2].min(axis=-1)
@@ -89,19 +90,19 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
     whole = levelled
     for _ in range(ROUNDS):
         # the body follows its feet, and their footholds follow the body
-        feet = FootPoses(whole.positions[:, FEET], levelled.orientations[:, 3:5])
+        feet = FootPoses(whole.positions[:, ANKLES], levelled.orientations[:, 3:5])
         placed, contacts = place_feet(
             feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, character
         )
         shift = _smooth_mean(placed.position - feet.position, contacts, FOLLOW_S * targets.fps)
         whole = replace(whole, positions=whole.positions + shift[:, None])
         whole.positions[...] -= _strayed(whole, levelled)[:, None]
-    feet = FootPoses(whole.positions[:, FEET], levelled.orientations[:, 3:5])
+    feet = FootPoses(whole.positions[:, ANKLES], levelled.orientations[:, 3:5])
     placed, contacts = place_feet(
         feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, character
     )
     whole = _follow(whole, levelled, placed, contacts, character)
-    shank = whole.positions[:, KNEES] - whole.positions[:, FEET]
+    shank = whole.positions[:, KNEES] - whole.positions[:, ANKLES]
     standing = contacts & (shank[..., 2] > UPRIGHT * np.linalg.norm(shank, axis=-1))  # kneeling, a foot only lies there
     if cyclic:
         before = min(n, round(PREROLL_S * targets.fps))
@@ -144,7 +145,7 @@ def level_floor(targets: Targets, character: Character) -> tuple[Targets, list[s
     Returns:
         the shifted targets, and warnings.
     """
-    feet = FootPoses(targets.positions[:, FEET], targets.orientations[:, 3:5])
+    feet = FootPoses(targets.positions[:, ANKLES], targets.orientations[:, 3:5])
     points = sole_points(feet, character)
     lowest = points[..., 2].min(axis=-1)  # (T, 2)
     lower = lowest.min(axis=1)
@@ -216,30 +217,27 @@ def _follow(
 ) -> Targets:
     """The rest of the body follows its feet: the mean shift of the standing feet, smoothed; knees in their planes."""
     fps = targets.fps
-    model = character.model
-    thigh, shank = (
-        float(np.linalg.norm(model.body_pos[1 + BODIES.index(f"left_{part}")])) for part in ("shank", "foot")
-    )
-    moved = feet.position - targets.positions[:, FEET]
+    thigh, shank = (float(np.linalg.norm(character.rest_offset(f"left_{part}"))) for part in ("shank", "foot"))
+    moved = feet.position - targets.positions[:, ANKLES]
     shift = _smooth_mean(moved, contacts, 0.12 * fps)
     moved_on = replace(targets, positions=targets.positions + shift[:, None])
     positions = moved_on.positions - _strayed(moved_on, source)[:, None]
-    positions[:, FEET] = feet.position
-    hips = [BODIES.index("left_thigh"), BODIES.index("right_thigh")]
+    positions[:, ANKLES] = feet.position
+    hips = [ROLES.index("left_thigh"), ROLES.index("right_thigh")]
     # where a standing foot is out of reach, the body sinks to it
-    away = positions[:, hips] - positions[:, FEET]
+    away = positions[:, hips] - positions[:, ANKLES]
     plan = np.minimum(np.linalg.norm(away[..., :2], axis=-1), 0.99 * (thigh + shank))
     reach = np.sqrt((STRETCH * (thigh + shank)) ** 2 - plan**2)
     sink = np.maximum(0.0, np.where(contacts, away[..., 2] - reach, 0.0)).max(axis=1)
     width = max(1, round(0.1 * fps))
     sink = gaussian_filter1d(maximum_filter1d(sink, 2 * width + 1), 0.5 * width, mode="nearest")
-    feet_and_knees = [*FEET, BODIES.index("left_shank"), BODIES.index("right_shank")]
-    others = [number for number in range(len(BODIES)) if number not in feet_and_knees]
+    feet_and_knees = [*ANKLES, ROLES.index("left_shank"), ROLES.index("right_shank")]
+    others = [number for number in range(len(ROLES)) if number not in feet_and_knees]
     positions[:, others, 2] -= sink[:, None]
     for number, side in enumerate(SIDES):
-        knee = BODIES.index(f"{side}_shank")
+        knee = ROLES.index(f"{side}_shank")
         positions[:, knee] = _knee(
-            positions[:, hips[number]], positions[:, FEET[number]], positions[:, knee], thigh, shank
+            positions[:, hips[number]], positions[:, ANKLES[number]], positions[:, knee], thigh, shank
         )
     orientations = targets.orientations.copy()
     orientations[:, len(ORIENTED) - 2 :] = feet.rotation

@@ -6,8 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.character import SIDES, Character
-from simprep.humanoid import BODIES, HINGES
+from simprep.character import ROLES, SIDES, Character
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.targets import Targets, unit
@@ -88,16 +87,16 @@ def check_import(
     """Compare an import with its source.
 
     Args:
-        qpos: (T, 44) poses.
+        qpos: (T, nq) poses.
         unsettled: (T,) frames whose inverse kinematics did not settle.
         targets: the source's joints with our bone lengths, before feet were placed.
         character: the humanoid.
     """
-    ours = forward_kinematics(qpos, character).xpos
+    ours = forward_kinematics(qpos, character).xpos[:, [character.segment(role) for role in ROLES]]
     distance = 1000 * np.linalg.norm((ours - ours[:, :1]) - (targets.positions - targets.positions[:, :1]), axis=-1)[
         :, 1:
     ].mean(axis=1)
-    place = {name: number for number, name in enumerate(BODIES)}
+    place = {name: number for number, name in enumerate(ROLES)}
     limbs, warnings = {}, []
     for limb, (a, b) in LIMBS.items():
         bone, wanted = (unit(at[:, place[b]] - at[:, place[a]]) for at in (ours, targets.positions))
@@ -115,7 +114,7 @@ def check_import(
             )
     low, high = character.model.jnt_range[1:].T
     share = ((qpos[:, 7:] < low + AT_LIMIT) | (qpos[:, 7:] > high - AT_LIMIT)).mean(axis=0)
-    saturated = {name: float(value) for name, value in zip(HINGES, share) if value > LONG_AT_LIMIT}
+    saturated = {name: float(value) for name, value in zip(character.joints, share) if value > LONG_AT_LIMIT}
     if unsettled.any():
         warnings.append(f"the inverse kinematics did not settle in frames {_spans(unsettled)}")
     return ImportCheck(

@@ -6,8 +6,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.character import SIDES, Character
-from simprep.humanoid import FOOT_GEOMS, humanoid
+from simprep.character import Character
+from simprep.humanoid import humanoid
 from simprep.motion.rotations import rotation_matrix
 
 
@@ -16,11 +16,11 @@ class Kinematics:
     """Positions of a motion in the world frame.
 
     Attributes:
-        xpos: (T, 17, 3) origins of the 17 bodies (their proximal joints), in the order of `BODIES` [m].
-        xquat: (T, 17, 4) orientations of the bodies, wxyz.
-        xipos: (T, 17, 3) centres of mass of the bodies [m].
+        xpos: (T, segments, 3) origins of the segments (their proximal joints), in the order of `Character.segments` [m].
+        xquat: (T, segments, 4) orientations of the bodies, wxyz.
+        xipos: (T, segments, 3) centres of mass of the bodies [m].
         com: (T, 3) whole-body centre of mass [m].
-        foot_points: (T, 2, 4, 3) lowest points of the foot spheres: left, right x heel, medial and lateral ball, toe [m].
+        foot_points: (T, 2, soles, 3) lowest points of the foot spheres: left, right x heel, medial and lateral ball, toe [m].
     """
 
     xpos: NDArray[np.float64]
@@ -31,20 +31,15 @@ class Kinematics:
 
 
 def foot_geom_ids(character: Character = humanoid()) -> NDArray[np.intp]:
-    """Geom ids of the foot spheres in the humanoid-only model.
-
-    Returns:
-        (2, 4): left, right x `FOOT_GEOMS`.
-    """
-    model = character.model
-    return np.array([[model.geom(f"{side}_{part}").id for part in FOOT_GEOMS] for side in SIDES], dtype=np.intp)
+    """Geom ids of the soles (2, N) in the model of the character alone."""
+    return character.sole_geoms
 
 
 def forward_kinematics(qpos: NDArray[np.float64], character: Character = humanoid()) -> Kinematics:
     """Kinematics of every pose.
 
     Args:
-        qpos: (T, 44) poses.
+        qpos: (T, nq) poses.
         character: the humanoid.
 
     Returns:
@@ -53,11 +48,11 @@ def forward_kinematics(qpos: NDArray[np.float64], character: Character = humanoi
     model = character.model
     data = mujoco.MjData(model)
     n = len(qpos)
-    xpos = np.empty((n, 17, 3))
-    xquat = np.empty((n, 17, 4))
-    xipos = np.empty((n, 17, 3))
-    geoms = np.empty((n, 2, 4, 3))
-    feet = foot_geom_ids(character)
+    xpos = np.empty((n, model.nbody - 1, 3))
+    xquat = np.empty((n, model.nbody - 1, 4))
+    xipos = np.empty((n, model.nbody - 1, 3))
+    feet = character.sole_geoms
+    geoms = np.empty((n, *feet.shape, 3))
     data_qpos, data_xpos, data_xquat = data.qpos, data.xpos, data.xquat
     data_xipos, data_geom = data.xipos, data.geom_xpos
     for frame in range(n):
@@ -76,16 +71,16 @@ def body_clearance(qpos: NDArray[np.float64], character: Character = humanoid())
     """Height of the lowest point of each body's geoms above z = 0.
 
     Args:
-        qpos: (T, 44) poses.
+        qpos: (T, nq) poses.
         character: the humanoid.
 
     Returns:
-        (T, 17) [m]; negative in the floor.
+        (T, segments) [m]; negative in the floor.
     """
     model = character.model
     kinematics = forward_kinematics(qpos, character)
-    clearance = np.full((len(qpos), 17), np.inf)
-    rotation = rotation_matrix(kinematics.xquat)[..., 2, :]  # (T, 17, 3) third row of each rotation matrix
+    clearance = np.full((len(qpos), model.nbody - 1), np.inf)
+    rotation = rotation_matrix(kinematics.xquat)[..., 2, :]  # (T, segments, 3) third row of each rotation matrix
     for geom in range(model.ngeom):
         if model.geom_contype[geom] == 0:
             continue

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.character import SIDES, Character
-from simprep.humanoid import FOOT_GEOMS, LEG_JOINTS, hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.rotations import axis_rotation
 
 Array = NDArray[np.float64]
@@ -26,7 +26,7 @@ class Leg:
     """Constants of one leg, from the model.
 
     Attributes:
-        hinges: (6,) hinge indices in the order of `LEG_JOINTS`.
+        hinges: (6,) hinge indices in the order of the character's group `left_leg` or `right_leg`.
         hip: (3,) hip centre in the pelvis frame [m].
         thigh: length from hip to knee [m].
         shank: length from knee to ankle [m].
@@ -56,15 +56,16 @@ def legs(character: Character = humanoid()) -> tuple[Leg, Leg]:
     """Left and right leg of a body."""
     model = character.model
     found = []
-    for side in SIDES:
-        joints = [model.joint(f"{side}_{name}") for name in LEG_JOINTS]
-        geoms = [model.geom(f"{side}_{part}") for part in FOOT_GEOMS]
+    for side, soles in zip(SIDES, character.soles):
+        names = character.groups[f"{side}_leg"]
+        joints = [model.joint(name) for name in names]
+        geoms = [model.geom(name) for name in soles]
         found.append(
             Leg(
-                hinges=np.array([hinge_index(f"{side}_{name}") for name in LEG_JOINTS], dtype=np.intp),
-                hip=np.array(model.body(f"{side}_thigh").pos),
-                thigh=float(-model.body(f"{side}_shank").pos[2]),
-                shank=float(-model.body(f"{side}_foot").pos[2]),
+                hinges=character.joint_indices(names),
+                hip=np.array(character.rest_offset(f"{side}_thigh")),
+                thigh=float(-character.rest_offset(f"{side}_shank")[2]),
+                shank=float(-character.rest_offset(f"{side}_foot")[2]),
                 sign=np.array([joint.axis[axis] for joint, axis in zip(joints, _AXES)]),
                 low=np.array([joint.range[0] for joint in joints]),
                 high=np.array([joint.range[1] for joint in joints]),
@@ -121,7 +122,7 @@ def solve_leg(
             the foot turns with it: a foot in line with its leg says nothing about where the knee points.
 
     Returns:
-        (T, 6) hinge angles in the order of `LEG_JOINTS` [rad], whatever their limits.
+        (T, 6) hinge angles in the order of the character's group `left_leg` or `right_leg` [rad], whatever their limits.
     """
     line = np.einsum("tji,tj->ti", pelvis_rotation, ankle - pelvis) - leg.hip  # in the pelvis frame
     foot = np.einsum("tji,tjk->tik", pelvis_rotation, foot_rotation)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from simprep.character import Character
 from simprep.errors import MotionError
-from simprep.humanoid import N_QPOS, humanoid
+from simprep.humanoid import humanoid
 
 MAX_FPS = 1000.0
 MIN_FPS = 1.0
@@ -21,8 +21,8 @@ class Motion:
     """A sequence of poses of one humanoid, with foot contacts and named frames.
 
     Attributes:
-        qpos: (T, 44) root position [m] (world, z up), root quaternion (wxyz), 37 hinge angles [rad] in the order of
-            `simprep.humanoid.HINGES`. Read-only.
+        qpos: (T, nq) root position [m] (world, z up), root quaternion (wxyz), hinge angles [rad] in the order of
+            `Character.joints`. Read-only.
         fps: frames per second [1/s], 1 to 1000.
         contacts: (T, 2) whether the left and right foot support the body. Read-only.
         events: named frame indices, such as `target` (first frame of the target movement) or `impact`.
@@ -47,8 +47,10 @@ class Motion:
     def __post_init__(self) -> None:
         qpos = np.array(self.qpos, dtype=np.float64)
         contacts = np.array(self.contacts, dtype=bool)
-        if qpos.ndim != 2 or qpos.shape[1] != N_QPOS:
-            raise MotionError(f"{self.name}: qpos has shape {qpos.shape}; valid: (frames, {N_QPOS})")
+        if qpos.ndim != 2 or qpos.shape[1] != self.character.nq:
+            raise MotionError(
+                f"{self.name}: qpos has shape {qpos.shape}; valid: (frames, {self.character.nq}) of {self.character.name}"
+            )
         if len(qpos) == 0:
             raise MotionError(f"{self.name}: no frames")
         bad = np.flatnonzero(~np.isfinite(qpos).all(axis=1))
@@ -90,7 +92,7 @@ class Motion:
         """Generalised velocities at every frame, by central differences (`mj_differentiatePos`).
 
         Returns:
-            (T, 43) qvel: root linear velocity (world) [m/s], root angular velocity (body frame) [rad/s], hinges [rad/s].
+            (T, nv) qvel: root linear velocity (world) [m/s], root angular velocity (body frame) [rad/s], hinges [rad/s].
         """
         return differentiate(self.qpos, self.fps, self.character)
 
@@ -99,12 +101,12 @@ def differentiate(qpos: NDArray[np.float64], fps: float, character: Character = 
     """Generalised velocities of a pose sequence: central differences, one-sided at the ends.
 
     Args:
-        qpos: (T, 44) poses.
+        qpos: (T, nq) poses.
         fps: frames per second [1/s].
         character: the humanoid.
 
     Returns:
-        (T, 43) qvel in MuJoCo's convention; zero where there is only one frame.
+        (T, nv) qvel in MuJoCo's convention; zero where there is only one frame.
     """
     model = character.model
     n = len(qpos)

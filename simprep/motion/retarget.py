@@ -8,9 +8,8 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.character import SIDES, Character
+from simprep.character import ROLES, SIDES, Character
 from simprep.errors import MotionError
-from simprep.humanoid import ARM_JOINTS, BODIES, hinge_index
 from simprep.motion.closed_form import closed_form
 from simprep.motion.footholds import knee_offset
 from simprep.motion.targets import ORIENTED, Targets, unit
@@ -72,7 +71,7 @@ class Solution:
     """Poses found by the inverse kinematics.
 
     Attributes:
-        qpos: (T, 44).
+        qpos: (T, nq).
         unsettled: (T,) frames whose last step was still larger than the tolerance.
     """
 
@@ -81,15 +80,15 @@ class Solution:
 
 
 class BodyTask(mink.Task):  # type: ignore[misc]
-    """Positions of the 17 bodies, orientations of some, and a pull to rest, as one task.
+    """Positions of the 17 roles, orientations of some, and a pull to rest, as one task.
 
     One stacked Jacobian is several times faster than a task for each body. The bones of the arms count by their
     directions and move the arms alone: an arm that is out of reach never bends the trunk.
     """
 
-    def __init__(self, model: mujoco.MjModel, settings: RetargetSettings, oriented: NDArray[np.bool_]) -> None:
-        self.settings = settings
-        cost = np.full((len(BODIES), 3), settings.position_cost)
+    def __init__(self, character: Character, settings: RetargetSettings, oriented: NDArray[np.bool_]) -> None:
+        self.settings, model = settings, character.model
+        cost = np.full((len(ROLES), 3), settings.position_cost)
         cost[1:5] = settings.trunk_cost
         turn = np.repeat(
             np.array([settings.head_cost, *[settings.hand_cost] * 2, *[settings.foot_cost] * 2]) * oriented, 3
@@ -99,24 +98,24 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         super().__init__(cost=self.base_cost.copy(), gain=1.0, lm_damping=0.0)
         self.pull = np.full(model.nv, settings.posture_cost**2)
         self.pull[:6] = 1e-9
-        for name in (f"{side}_{hinge}" for side in SIDES for hinge in ARM_JOINTS[:4]):
-            self.pull[6 + hinge_index(name)] = settings.arm_cost**2
+        for name in (hinge for side in SIDES for hinge in character.groups[f"{side}_arm"][:4]):
+            self.pull[6 + character.joint(name)] = settings.arm_cost**2
         for name in ("neck_rotation", "head_rotation"):
-            self.pull[6 + hinge_index(name)] = settings.neck_cost**2
-        self.bodies = np.arange(1, 1 + len(BODIES))
-        self.turned = 1 + np.array(ORIENTED)
-        self.positions = np.zeros((len(BODIES), 3))
+            self.pull[6 + character.joint(name)] = settings.neck_cost**2
+        self.bodies = np.array([1 + character.segment(role) for role in ROLES])
+        self.turned = self.bodies[list(ORIENTED)]
+        self.positions = np.zeros((len(ROLES), 3))
         self.orientations = np.tile(np.eye(3), (len(ORIENTED), 1, 1))
         self.rest = np.array(model.qpos0)
         self.jacobian = np.zeros((len(self.base_cost), model.nv))
         self.weight = np.zeros_like(self.jacobian)
-        self.bones = [BODIES.index(f"{side}_{part}") for side in SIDES for part in ("forearm", "hand")]
+        self.bones = [ROLES.index(f"{side}_{part}") for side in SIDES for part in ("forearm", "hand")]
         self.mask = np.ones_like(self.jacobian)
         for number, side in enumerate(SIDES):
-            hinges = [6 + hinge_index(f"{side}_{name}") for name in ARM_JOINTS]
+            hinges = [6 + character.joint(name) for name in character.groups[f"{side}_arm"]]
             others = np.setdiff1d(np.arange(model.nv), hinges)
-            forearm = 3 * BODIES.index(f"{side}_forearm")
-            hand = 3 * len(BODIES) + 3 * (1 + number)
+            forearm = 3 * ROLES.index(f"{side}_forearm")
+            hand = 3 * len(ROLES) + 3 * (1 + number)
             self.mask[np.ix_([*range(forearm, forearm + 6), *range(hand, hand + 3)], others)] = 0.0
 
     def set_target(
@@ -134,7 +133,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
             orientations: (5, 3, 3) of the bodies in `ORIENTED`.
             standing: (2,) which feet stand.
             twisted: (2,) how far each knee is beside the plane of its foot [m].
-            rest: (44,) pose that everything is pulled to a little.
+            rest: (nq,) pose that everything is pulled to a little.
         """
         self.positions, self.orientations, self.rest = positions, orientations, rest
         cost = self.base_cost.copy()
@@ -143,7 +142,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
                 foot = ORIENTED[3 + number]
                 cost[3 * foot : 3 * foot + 3] *= self.settings.stance_cost
                 cost[3 * foot - 3 : 3 * foot] *= self.settings.stance_knee_cost
-                turn = 3 * len(BODIES) + 3 * (3 + number)
+                turn = 3 * len(ROLES) + 3 * (3 + number)
                 cost[turn : turn + 2] *= self.settings.stance_tilt_cost
                 yields = 1 + (twisted[number] / self.settings.twist) ** 2
                 cost[turn + 2] *= self.settings.stance_turn_cost / yields
@@ -162,9 +161,9 @@ class BodyTask(mink.Task):  # type: ignore[misc]
     def compute_jacobian(self, configuration: Any) -> NDArray[np.float64]:
         """Derivative of the error, not yet masked; of the rotation vector to first order, which is exact at the target."""
         model, data = configuration.model, configuration.data
-        jacobian, rows = self.jacobian, 3 * len(BODIES)
-        for number in range(len(BODIES)):
-            mujoco.mj_jacBody(model, data, jacobian[3 * number : 3 * number + 3], None, number + 1)
+        jacobian, rows = self.jacobian, 3 * len(ROLES)
+        for number, body in enumerate(self.bodies):
+            mujoco.mj_jacBody(model, data, jacobian[3 * number : 3 * number + 3], None, int(body))
         for number, character in enumerate(self.turned):
             mujoco.mj_jacBody(model, data, None, jacobian[rows + 3 * number : rows + 3 * number + 3], int(character))
         for hand in self.bones[
@@ -264,7 +263,7 @@ def solve(
     model = character.model
     start = closed_form(targets, character)
     configuration = mink.Configuration(model, start[0])
-    task = BodyTask(model, settings, targets.oriented)
+    task = BodyTask(character, settings, targets.oriented)
     limit = Floor(model) if floor else None
     twisted = _twisted(targets)
     out = np.empty_like(start)
@@ -294,7 +293,7 @@ def _twisted(targets: Targets) -> NDArray[np.float64]:
     """How far each knee folds to the side of where its foot points (T, 2) [m]."""
     out = np.empty((len(targets.positions), 2))
     for number, side in enumerate(SIDES):
-        hip, knee, ankle = (targets.positions[:, BODIES.index(f"{side}_{part}")] for part in ("thigh", "shank", "foot"))
+        hip, knee, ankle = (targets.positions[:, ROLES.index(f"{side}_{part}")] for part in ("thigh", "shank", "foot"))
         aside = targets.orientations[:, 3 + number, :, 1] * [1.0, 1.0, 0.0]
         out[:, number] = (knee_offset(hip, knee, ankle) * unit(aside)[:, :2]).sum(axis=1)
     return out

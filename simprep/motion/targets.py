@@ -9,13 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.character import SIDES, Character
-from simprep.humanoid import BODIES
+from simprep.character import ROLES, SIDES, Character
 from simprep.motion.joint_map import JointMap
 from simprep.motion.normalise import Normalised
 
 HEAD, LEFT_HAND, RIGHT_HAND, LEFT_FOOT, RIGHT_FOOT = (
-    BODIES.index(name) for name in ("head", "left_hand", "right_hand", "left_foot", "right_foot")
+    ROLES.index(name) for name in ("head", "left_hand", "right_hand", "left_foot", "right_foot")
 )
 ORIENTED = (HEAD, LEFT_HAND, RIGHT_HAND, LEFT_FOOT, RIGHT_FOOT)
 """Bodies whose orientation the joint positions leave open."""
@@ -33,7 +32,7 @@ class Targets:
     """Targets of the retargeting, in the world, z up.
 
     Attributes:
-        positions: (T, 17, 3) targets of the 17 body origins [m].
+        positions: (T, 17, 3) targets of the origins of the segments, by role, in the order of `simprep.character.ROLES` [m].
         orientations: (T, 5, 3, 3) targets of the bodies in `ORIENTED`.
         oriented: (5,) which of these the source tells.
         fps: frames per second [1/s].
@@ -86,8 +85,7 @@ def build_targets(source: Normalised, joints: JointMap, character: Character, ke
             strides then fit the legs less well.
     """
     clip = source.clip
-    model = character.model
-    offset = {name: np.array(model.body_pos[1 + number]) for number, name in enumerate(BODIES)}
+    offset = {role: character.rest_offset(role) for role in ROLES}
     length = {name: float(np.linalg.norm(value)) for name, value in offset.items()}
     at = {role: clip.positions[:, index] for role, index in joints.joints.items()}
 
@@ -106,8 +104,8 @@ def build_targets(source: Normalised, joints: JointMap, character: Character, ke
     pelvis_frame = _pelvis(source, joints, frame_from(at["left_thigh"] - at["right_thigh"], neck - hips))
     thorax_frame = frame_from(at["left_upper_arm"] - at["right_upper_arm"], neck - second)
 
-    out = np.empty((len(hips), len(BODIES), 3))
-    place = {name: number for number, name in enumerate(BODIES)}
+    out = np.empty((len(hips), len(ROLES), 3))
+    place = {name: number for number, name in enumerate(ROLES)}
 
     def put(name: str, value: NDArray[np.float64]) -> None:
         out[:, place[name]] = value

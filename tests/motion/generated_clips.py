@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.character import SIDES
-from simprep.humanoid import BODIES, HINGES, hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.kinematics import body_clearance, forward_kinematics
 
 LIMBS = {f"{side}_{part}": (f"{side}_{part}", f"{side}_{end}") for side in SIDES for part, end in
@@ -115,7 +115,7 @@ def movement(kind: str, rng: np.random.Generator, seconds: float, tempo: float) 
     times = np.arange(round(seconds * FINE_FPS)) / FINE_FPS
     low, high = (np.degrees(limit) for limit in humanoid().model.jnt_range[1:].T)
     span: dict[str, tuple[float, float, float]] = {}  # hinge: lowest, highest [deg], time of one movement [s]
-    for name, least, most in zip(HINGES, low, high):
+    for name, least, most in zip(humanoid().joints, low, high):
         middle, half = (least + most) / 2, (most - least) / 2 - np.degrees(MARGIN)
         share = 0.6 if name.startswith(("lumbar", "thorax", "neck", "head")) else 1.0
         span[name] = (middle - share * half, middle + share * half, tempo * (1.6 if share < 1 else 1.0))
@@ -152,8 +152,8 @@ def movement(kind: str, rng: np.random.Generator, seconds: float, tempo: float) 
     heading = rng.uniform(-np.pi, np.pi)
     turn = Rotation.from_euler("ZYX", np.stack([curve["yaw"] + heading, curve["pitch"], curve["roll"]], axis=1))
     qpos[:, 3:7] = turn.as_quat(scalar_first=True)
-    for name in HINGES:
-        qpos[:, 7 + hinge_index(name)] = curve[name]
+    for name in humanoid().joints:
+        qpos[:, 7 + humanoid().joint(name)] = curve[name]
     if kind != "kneel":
         _level_soles(qpos)
     return _stand(qpos, walk=kind != "spin")
@@ -161,7 +161,7 @@ def movement(kind: str, rng: np.random.Generator, seconds: float, tempo: float) 
 
 def _orientations(qpos: NDArray[np.float64]) -> dict[str, Rotation]:
     xquat = forward_kinematics(qpos).xquat
-    return {body: Rotation.from_quat(xquat[:, k], scalar_first=True) for k, body in enumerate(BODIES)}
+    return {body: Rotation.from_quat(xquat[:, k], scalar_first=True) for k, body in enumerate(humanoid().segments)}
 
 
 def _swing_arms(turn: dict[str, Rotation], rng: np.random.Generator, kind: str, times: NDArray[np.float64]) -> None:
@@ -171,7 +171,7 @@ def _swing_arms(turn: dict[str, Rotation], rng: np.random.Generator, kind: str, 
     """
     low, high = humanoid().model.jnt_range[1:].T
     for side, sign in zip(SIDES, (1.0, -1.0)):
-        span = {name: (low[hinge_index(f"{side}_{name}")] + MARGIN, high[hinge_index(f"{side}_{name}")] - MARGIN)
+        span = {name: (low[humanoid().joint(f"{side}_{name}")] + MARGIN, high[humanoid().joint(f"{side}_{name}")] - MARGIN)
                 for name in ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")}  # fmt: skip
         poses, at = [], [0.0]
         while at[-1] < times[-1]:
@@ -223,7 +223,7 @@ def _level_soles(qpos: NDArray[np.float64]) -> None:
     """Turn the ankles so that the soles are level, as far as their limits allow."""
     model, kinematics = humanoid().model, forward_kinematics(qpos)
     for side, sign in zip(SIDES, (-1.0, 1.0)):
-        shank = Rotation.from_quat(kinematics.xquat[:, BODIES.index(f"{side}_shank")], scalar_first=True)
+        shank = Rotation.from_quat(kinematics.xquat[:, humanoid().segments.index(f"{side}_shank")], scalar_first=True)
         up = shank.inv().apply([0.0, 0.0, 1.0])
         about_x = -np.arcsin(np.clip(up[:, 1], -1, 1))
         # beyond a quarter turn the foot hangs: no sole to level
@@ -231,7 +231,7 @@ def _level_soles(qpos: NDArray[np.float64]) -> None:
             ("ankle_dorsiflexion", np.arctan2(-up[:, 0], np.abs(up[:, 2]))),
             ("ankle_inversion", sign * about_x),
         ):
-            index = hinge_index(f"{side}_{name}")
+            index = humanoid().joint(f"{side}_{name}")
             low, high = model.jnt_range[1 + index]
             qpos[:, 7 + index] = np.clip(angle, low + MARGIN, high - MARGIN)
 
@@ -281,9 +281,9 @@ def bvh_of(
     model = humanoid().model
     rest_qpos = humanoid().standing_qpos.copy()
     for side in SIDES:
-        rest_qpos[7 + hinge_index(f"{side}_shoulder_abduction")] = {"t": np.pi / 2, "a": np.pi / 4}.get(rest, 0.0)
+        rest_qpos[7 + humanoid().joint(f"{side}_shoulder_abduction")] = {"t": np.pi / 2, "a": np.pi / 4}.get(rest, 0.0)
     rest_turn = Rotation.from_quat(forward_kinematics(rest_qpos[None]).xquat[0], scalar_first=True)
-    local = {body: np.array(model.body_pos[1 + k]) for k, body in enumerate(BODIES)}
+    local = {body: np.array(model.body_pos[1 + k]) for k, body in enumerate(humanoid().segments)}
     size = rng.uniform(0.9, 1.1)
     longer = {part: size * rng.uniform(0.95, 1.05) for part in (*PARTS, "spine", "neck", "head")}
     # node: role, parent, world rotation, name of the body whose rest orientation it has, offset in the parent's frame
@@ -330,7 +330,7 @@ def bvh_of(
         elif rest == "x":
             at_rest[role] = Rotation.align_vectors([[1.0, 0, 0], [0, 1.0, 0]], [following, [0, 1.0, 0]])[0]
         else:
-            at_rest[role] = rest_turn[BODIES.index(body)]
+            at_rest[role] = rest_turn[humanoid().segments.index(body)]
     everything = {role: to_file * world * at_rest[role].inv() * to_file.inv() for role, _, world, _, _ in nodes}
     order = "".join(rng.permutation(list("XYZ")))
     parent_of = {role: parent for role, parent, *_ in nodes}

@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from simprep.character import SIDES
-from simprep.humanoid import BODIES, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 
@@ -151,7 +151,7 @@ def angles_deg(source: Source, motion: Motion) -> dict[str, NDArray[np.float64]]
     ours = forward_kinematics(motion.qpos, motion.character).xpos
     wanted = at_times(source, motion.times)
     lines = LIMBS | {"hip_line": ("right_thigh", "left_thigh")}
-    return {name: _angle(wanted[end] - wanted[start], ours[:, BODIES.index(end)] - ours[:, BODIES.index(start)])
+    return {name: _angle(wanted[end] - wanted[start], ours[:, humanoid().segments.index(end)] - ours[:, humanoid().segments.index(start)])
             for name, (start, end) in lines.items()}  # fmt: skip
 
 
@@ -227,13 +227,13 @@ def limb_errors(
         # the worst frames are among the solved ones
         worst = [int(np.argmax(angles[limb])) for limb in limbs]
         solved = np.unique(np.concatenate([solved, [frame for frame in worst if frame in bad]])).astype(int)
-        turn = Rotation.from_quat(kinematics.xquat[:, BODIES.index(trunk)], scalar_first=True)
+        turn = Rotation.from_quat(kinematics.xquat[:, humanoid().segments.index(trunk)], scalar_first=True)
         ends = [f"{side}_{'upper_arm' if trunk == 'thorax' else 'thigh'}" for side in SIDES]
         theirs = _trunk(wanted[ends[0]] - wanted[ends[1]], wanted)
         frames = (turn, theirs)
-        at = [BODIES.index(name) for name in ends]
+        at = [humanoid().segments.index(name) for name in ends]
         ours = _trunk(kinematics.xpos[:, at[0]] - kinematics.xpos[:, at[1]],
-                      {role: kinematics.xpos[:, BODIES.index(role)] for role in wanted if role in BODIES})  # fmt: skip
+                      {role: kinematics.xpos[:, humanoid().segments.index(role)] for role in wanted if role in humanoid().segments})  # fmt: skip
         off = np.degrees((ours.inv() * theirs).magnitude()) > TRUNK_OFF_DEG
         weight = np.ones(len(motion))
         weight[bad] = 0.0

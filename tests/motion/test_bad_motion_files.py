@@ -15,7 +15,7 @@ import pytest
 from motion_files import amc_text, asf_text, bvh_text, deepmimic_frame, deepmimic_text, write
 
 from simprep.errors import MotionFileError, SimprepError
-from simprep.humanoid import HINGES, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.load import import_motion, load_motion
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
@@ -236,7 +236,7 @@ def npz_with(folder: Path, **changes: object) -> Path:
 CASES += [
     ("npz: another version", lambda f: npz_with(f, schema="simprep.motion/99"), "schema 'simprep.motion/99'"),
     ("npz: another model", lambda f: npz_with(f, model="robot"), "poses of model 'robot'"),
-    ("npz: other hinges", lambda f: npz_with(f, hinges=[*HINGES[:-1], "tail"]), "poses of model"),
+    ("npz: other hinges", lambda f: npz_with(f, hinges=[*humanoid().joints[:-1], "tail"]), "poses of model"),
     ("npz: wrong shape", lambda f: npz_with(f, qpos=np.zeros((5, 7))), "qpos has shape"),
     ("npz: NaN", lambda f: npz_with(f, qpos=np.full((5, 44), np.nan)), "NaN"),
     ("npz: no frames", lambda f: npz_with(f, qpos=np.zeros((0, 44)), contacts=np.zeros((0, 2))), "no frames"),

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from simprep.character import SIDES
-from simprep.humanoid import hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.contacts import detect_contacts, stances
 from simprep.motion.edit import resample
 from simprep.motion.kinematics import forward_kinematics
@@ -103,7 +103,7 @@ def test_one_take_in_two_formats_is_one_motion(load) -> None:
         "right_knee_flexion",
         "left_ankle_dorsiflexion",
     ):
-        assert difference[7 + hinge_index(name)] < np.radians(15)
+        assert difference[7 + humanoid().joint(name)] < np.radians(15)
 
 
 @pytest.mark.parametrize("name", ["deepmimic/humanoid3d_walk.txt", "deepmimic/humanoid3d_run.txt"])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from simprep.character import SIDES
-from simprep.humanoid import BODIES, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.limb_ik import ball_joint_angles, legs, solve_leg
 from simprep.motion.rotations import axis_rotation, rotation_matrix
@@ -15,7 +15,7 @@ def _solve(qpos, character, move=0.0):
     rotation = rotation_matrix(kinematics.xquat)
     found = []
     for side, leg in zip(SIDES, legs(character)):
-        foot, shank = BODIES.index(f"{side}_foot"), BODIES.index(f"{side}_shank")
+        foot, shank = humanoid().segments.index(f"{side}_foot"), humanoid().segments.index(f"{side}_shank")
         goal = kinematics.xpos[:, foot] + move
         angles = solve_leg(
             leg, kinematics.xpos[:, 0], rotation[:, 0], goal, rotation[:, foot], rotation[:, shank, :, 1]
@@ -51,7 +51,7 @@ def test_without_a_knee_axis_the_foot_tells_the_side_of_the_knee(number):
     qpos[:, 7 + leg.hinges] = angles
     before = forward_kinematics(qpos)
     rotation = rotation_matrix(before.xquat)
-    foot = BODIES.index(f"{SIDES[number]}_foot")
+    foot = humanoid().segments.index(f"{SIDES[number]}_foot")
     found = solve_leg(leg, before.xpos[:, 0], rotation[:, 0], before.xpos[:, foot], rotation[:, foot])
     np.testing.assert_allclose(found, angles, atol=1e-7)
     qpos[:, 7 + leg.hinges] = found

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import BODIES, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.edit import at_origin, concatenate, cut, mirror, move, repeat, resample, yaw
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
@@ -73,7 +73,10 @@ def test_concatenation_aligns_plan_and_heading() -> None:
 def test_mirroring_twice_is_nothing_and_once_reflects_the_body() -> None:
     motion = move(walk_like(turn=0.5), (0.3, -0.2), 0.4)
     np.testing.assert_allclose(mirror(mirror(motion)).qpos, motion.qpos, atol=1e-12)
-    swap = [BODIES.index(n.replace("left", "?").replace("right", "left").replace("?", "right")) for n in BODIES]
+    swap = [
+        humanoid().segments.index(n.replace("left", "?").replace("right", "left").replace("?", "right"))
+        for n in humanoid().segments
+    ]
     original, mirrored = forward_kinematics(motion.qpos).xipos, forward_kinematics(mirror(motion).qpos).xipos
     np.testing.assert_allclose(mirrored, original[:, swap] * [1, -1, 1], atol=1e-6)
 

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from simprep.character import Character
-from simprep.humanoid import BODIES, hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.closed_form import closed_form
 from simprep.motion.foot_passage import place_feet
 from simprep.motion.footholds import FootPoses, sole_points
@@ -48,7 +48,7 @@ def boxing(frames: int = 60) -> np.ndarray:
         ("left_hip_flexion", 0.4, 0.2, 0.0),
         ("right_hip_abduction", 0.2, 0.1, 0.0),
     ):
-        qpos[:, 7 + hinge_index(name)] = centre + amplitude * np.sin(t + phase)
+        qpos[:, 7 + humanoid().joint(name)] = centre + amplitude * np.sin(t + phase)
     return qpos
 
 
@@ -61,7 +61,7 @@ def test_our_own_motion_comes_back() -> None:
     found = solution.qpos
     assert not solution.unsettled.any()
     assert residual_mm(found, targets) < 0.1
-    elbow = 7 + hinge_index("left_elbow_flexion")
+    elbow = 7 + humanoid().joint("left_elbow_flexion")
     assert found[:, elbow] == pytest.approx(qpos[:, elbow], abs=2e-3)
     # with the working settings a little is given to smoothness
     assert residual_mm(solve(targets, none, humanoid(), floor=False).qpos, targets) < 4
@@ -75,8 +75,8 @@ def test_closed_form_start_is_near_for_bent_limbs() -> None:
     qpos = np.tile(humanoid().standing_qpos.copy(), (40, 1))
     qpos[:, 7:] = rng.uniform(0.5 * low, 0.5 * high, (40, 37))
     for side in ("left", "right"):
-        qpos[:, 7 + hinge_index(f"{side}_elbow_flexion")] = rng.uniform(0.4, 2.0, 40)
-        qpos[:, 7 + hinge_index(f"{side}_knee_flexion")] = rng.uniform(0.4, 2.0, 40)
+        qpos[:, 7 + humanoid().joint(f"{side}_elbow_flexion")] = rng.uniform(0.4, 2.0, 40)
+        qpos[:, 7 + humanoid().joint(f"{side}_knee_flexion")] = rng.uniform(0.4, 2.0, 40)
     turn = Rotation.random(40, random_state=5)
     qpos[:, 3:7] = turn.as_quat(scalar_first=True)
     targets = own_targets(qpos)
@@ -95,9 +95,9 @@ def test_a_floating_body_is_set_down_and_a_sunken_one_lifted() -> None:
     for error in (-0.07, 0.11):
         qpos = boxing()
         qpos[:, 2] += error
-        qpos[:, 7 + hinge_index("left_knee_flexion")] = 0
-        qpos[:, 7 + hinge_index("left_hip_flexion")] = 0
-        qpos[:, 7 + hinge_index("right_hip_abduction")] = 0
+        qpos[:, 7 + humanoid().joint("left_knee_flexion")] = 0
+        qpos[:, 7 + humanoid().joint("left_hip_flexion")] = 0
+        qpos[:, 7 + humanoid().joint("right_hip_abduction")] = 0
         placed = place_on_floor(own_targets(qpos), humanoid())
         lowest = forward_kinematics(placed.qpos).foot_points[..., 2].min(axis=2)
         assert lowest == pytest.approx(np.zeros_like(lowest), abs=2e-3)
@@ -177,4 +177,4 @@ def test_another_body(tmp_path: Path) -> None:
     assert result.motion.character == small
     assert result.motion.qpos[0, 2] == pytest.approx(small.standing_qpos.copy()[2], abs=0.03)
     assert result.report.residual_mm < 10
-    assert len(BODIES) == 17
+    assert len(humanoid().segments) == 17
