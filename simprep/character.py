@@ -20,7 +20,8 @@ from simprep.errors import SettingError, UnknownNameError
 SIDES = ("left", "right")
 ROLES = (
     "pelvis", "abdomen", "thorax", "neck", "head",
-    *(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")),
+    *(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand")),
+    *(f"{side}_{part}" for side in SIDES for part in ("thigh", "shank", "foot")),
 )  # fmt: skip
 """What a segment can be to a function; a character needs the legs' and the pelvis, and may lack others."""
 _PARENT_ROLE = {

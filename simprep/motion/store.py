@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.archive import open_archive, write_archive
-from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, humanoid
+from simprep.characters import character_header, character_of_header
+from simprep.errors import MotionError
 from simprep.motion.formats.foreign import npz_kind
 from simprep.motion.formats.numbers import LARGEST
 from simprep.motion.formats.skeleton import MAX_VALUES
@@ -30,16 +30,12 @@ def save_motion(motion: Motion, path: str | Path) -> Path:
     """
     header = {
         "schema": SCHEMA,
-        "model": MODEL_NAME,
-        "model_version": MODEL_VERSION,
-        "hinges": HINGES,
+        **character_header(motion.character),
         "fps": motion.fps,
         "events": dict(motion.events),
         "name": motion.name,
         "source": motion.source,
         "loop": motion.loop,
-        "height_m": motion.character.height_m,
-        "mass_kg": motion.character.mass_kg,
     }
     return write_archive(path, header, {"qpos": motion.qpos, "contacts": motion.contacts})
 
@@ -55,12 +51,7 @@ def read_motion(path: str | Path) -> Motion:
             named.
     """
     with open_archive(path, "simprep motion", SCHEMA, foreign=npz_kind) as (header, archive):
-        model = (header.get("model"), header.get("model_version"))
-        if model != (MODEL_NAME, MODEL_VERSION) or tuple(header.get("hinges", ())) != HINGES:
-            raise MotionFileError(
-                path,
-                f"poses of model {model[0]!r} version {model[1]!r}; valid: {MODEL_NAME!r} version {MODEL_VERSION}",
-            )
+        character = character_of_header(header)
         return Motion(
             qpos=read_poses(archive, "qpos"),
             fps=header["fps"],
@@ -69,7 +60,7 @@ def read_motion(path: str | Path) -> Motion:
             name=str(header["name"]),
             source=str(header["source"]),
             loop=bool(header["loop"]),
-            character=humanoid(header["height_m"], header["mass_kg"]),
+            character=character,
         )
 
 

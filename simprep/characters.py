@@ -1,0 +1,53 @@
+"""The characters known by name, and how files say which one they are about."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from simprep.character import Character
+from simprep.errors import MotionError
+from simprep.humanoid import DEFAULT_HEIGHT_M, DEFAULT_MASS_KG, MODEL_NAME, MODEL_VERSION, humanoid
+
+CHARACTERS: dict[str, Callable[[float, float], Character]] = {MODEL_NAME: humanoid}
+"""Makers by name; each takes stature [m] and mass [kg]."""
+VERSIONS = {MODEL_NAME: MODEL_VERSION}
+"""Version of each one's poses: another one when joints change their order or meaning."""
+
+
+def character_header(character: Character) -> dict[str, Any]:
+    """What a file says of the character whose poses it holds.
+
+    Args:
+        character: the body.
+    """
+    return {
+        "model": character.name,
+        "model_version": VERSIONS[character.name],
+        "digest": character.digest,
+        "hinges": character.joints,
+        "height_m": character.height_m,
+        "mass_kg": character.mass_kg,
+    }
+
+
+def character_of_header(header: Mapping[str, Any]) -> Character:
+    """The character that a file is about; files of before name none, or no digest, and mean the humanoid.
+
+    The digest tells whether the model has changed since; poses stay readable as long as the joints are the same.
+
+    Args:
+        header: of a file.
+
+    Raises:
+        MotionError: a character that is not known here, or one with other joints.
+    """
+    name = header.get("model", MODEL_NAME)
+    if name not in CHARACTERS:
+        raise MotionError(f"poses of model {str(name)[:80]!r}; valid: {', '.join(CHARACTERS)}")
+    character = CHARACTERS[name](header.get("height_m", DEFAULT_HEIGHT_M), header.get("mass_kg", DEFAULT_MASS_KG))
+    if header.get("model_version", VERSIONS[name]) != VERSIONS[name]:
+        raise MotionError(
+            f"poses of model {name!r} version {header['model_version']!r}; valid: version {VERSIONS[name]}"
+        )
+    if tuple(header.get("hinges", character.joints)) != character.joints:
+        raise MotionError(f"poses of model {name!r} with other joints; valid: {', '.join(character.joints)}")
+    return character
