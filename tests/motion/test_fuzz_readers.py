@@ -54,7 +54,7 @@ line_damage = st.tuples(st.sampled_from(["delete", "double", "swap", "repeat"]),
 text_damage = st.one_of(
     word_damage, word_damage, line_damage, byte_damage, st.tuples(st.just("encode"), place, st.sampled_from(ENCODINGS))
 )
-damages = st.lists(text_damage, min_size=1, max_size=4)
+damages = st.lists(text_damage, min_size=1, max_size=3)
 
 
 def damaged(content: bytes, how: Damage) -> bytes:
@@ -122,7 +122,7 @@ def sound(clip: SourceClip) -> None:
 
 
 def fuzz(strategy: st.SearchStrategy[Any], once: Callable[[Any], str]) -> None:
-    """Many drawn cases; some must be read and some refused, else the damage is too weak or too strong to tell anything."""
+    """Many drawn cases; some must be read and some refused (3 % at least), else the damage is too weak or too strong to tell anything."""
     seen: Counter[str] = Counter()
 
     @FUZZ
@@ -131,7 +131,7 @@ def fuzz(strategy: st.SearchStrategy[Any], once: Callable[[Any], str]) -> None:
         seen[once(case)] += 1
 
     run()
-    assert min(seen["read"], seen["refused"]) > 0.1 * FUZZ.max_examples, seen
+    assert min(seen["read"], seen["refused"]) > 0.03 * FUZZ.max_examples, seen
 
 
 def all_damaged(content: bytes, how: Damages) -> bytes:
