@@ -2,7 +2,7 @@
 
     python examples/fight_without_physics.py
 
-The recording is a minute of the built-in taekwondo stream, which is synthetic. `fight_model()` without arguments
+The recording is 45 s of the built-in taekwondo stream, which is synthetic. `fight_model()` without arguments
 gives the model of 16 minutes of kickboxing, which takes a minute to make the first time.
 """
 
@@ -18,7 +18,7 @@ from simprep.report.duel.label_text import full_text
 
 SECONDS = 6.0
 
-model = default_fight_model(settings=replace(preset("taekwondo"), clips=1, clip_s=60.0))
+model = default_fight_model(settings=replace(preset("taekwondo"), clips=1, clip_s=45.0))
 made = begin_fight(model, "automatic", seed=3)
 made.run(SECONDS)
 fight = made.fight(SECONDS)
