@@ -30,10 +30,3 @@ def test_its_python_example_runs_as_shown(tmp_path):
     end, error = done.stdout.split()
     assert end == "done"
     assert 0 < float(error) < 50
-
-
-def test_its_files_exist():
-    paths = re.findall(r"\]\(([^)#:]+)\)", README) + re.findall(r"`((?:examples|scripts|docs|results)/[\w./]+)`", README)
-    missing = [path for path in paths if not (ROOT / path).exists() and not path.startswith("results/")]
-    assert len(paths) > 5
-    assert not missing
