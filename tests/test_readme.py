@@ -27,6 +27,8 @@ def test_its_python_example_runs_as_shown(tmp_path):
     )
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
-    end, error = done.stdout.split()
+    made, simulated = done.stdout.splitlines()
+    assert float(made.split()[0]) > 1
+    end, error = simulated.split()
     assert end == "done"
     assert 0 < float(error) < 50
