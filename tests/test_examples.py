@@ -1,0 +1,82 @@
+"""Every example runs as it stands, and prints what it promises."""
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+EXAMPLES = ROOT / "examples"
+
+
+def printed(name: str, folder: Path) -> str:
+    """What an example prints, run from another folder, where it leaves nothing behind."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = subprocess.run(
+        [sys.executable, EXAMPLES / f"{name}.py"],
+        capture_output=True, text=True, cwd=folder, env=environment, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    assert not list(folder.iterdir())
+    return done.stdout
+
+
+def numbers(pattern: str, text: str) -> list[float]:
+    found = re.search(pattern, text)
+    assert found, text
+    return [float(value) for value in found.groups()]
+
+
+def prepare_and_track(text):
+    blended, optimised = numbers(r"(\d+) mm blended, (\d+) mm optimised", text)
+    assert optimised < blended
+    (error,) = numbers(r"simulated: done at 1\.5\d s .*\nmean joint error (\d+) mm, largest external force 0 N", text)
+    assert 0 < error < 50
+
+
+def import_a_file(text):
+    assert "wave: 60 frames at 30/s; y up, 0.01 m per unit" in text
+    assert "every limb points where the file's does" in text
+    assert numbers(r"worst limb: \w+, 95 % of the frames within ([\d.]+) deg", text)[0] < 5
+    assert numbers(r"penetration at most ([\d.]+) mm", text)[0] < 5
+
+
+def compare_posture_optimisation(text):
+    _, blended, optimised = numbers(r"COM to centre .*? ([\d.]+) +([\d.]+) +([\d.]+)\n", text)
+    assert optimised < blended
+    none, blended, optimised = numbers(r"margin of stability.*? (-?[\d.]+) +(-?[\d.]+) +(-?[\d.]+)\n", text)
+    assert none < blended < optimised
+
+
+def fight_without_physics(text):
+    *actions, last = text.splitlines()
+    count, nearest, farthest = numbers(r"^(\d+) actions in 6 s; roots ([\d.]+) to ([\d.]+) m apart$", last)
+    assert len(actions) == count
+    assert {line.split()[2] for line in actions} == {"A", "B"}
+    assert any("up" in line or "fwd" in line for line in actions)
+    assert 0.2 < nearest < farthest < 3
+
+
+def own_controller(text):
+    plain, ankles = text.splitlines()
+    assert re.match(r"pd +fell after [12]\.", plain)
+    assert re.match(r"ankle_strategy +done", ankles)
+
+
+CHECKS = {
+    check.__name__: check
+    for check in (prepare_and_track, import_a_file, compare_posture_optimisation, fight_without_physics, own_controller)
+}
+
+
+def test_every_example_is_run():
+    assert {path.stem for path in EXAMPLES.glob("*.py")} == set(CHECKS)
+
+
+@pytest.mark.parametrize("name", CHECKS)
+def test_example(name, tmp_path):
+    CHECKS[name](printed(name, tmp_path))
