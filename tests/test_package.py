@@ -1,5 +1,6 @@
 """The package as others meet it: public names, files that must ship, a lock file without traces of one machine."""
 
+import ast
 import re
 import tomllib
 from pathlib import Path
@@ -13,6 +14,20 @@ ROOT = Path(__file__).resolve().parents[1]
 def test_public_names_resolve():
     for name in simprep.__all__:
         assert getattr(simprep, name) is not None
+
+
+def test_editors_find_a_type_for_every_public_name():
+    """What loads lazily is also imported for type checkers, from the same module."""
+    source = ast.parse((ROOT / "simprep" / "__init__.py").read_text())
+    typed = {
+        alias.asname: node.module
+        for block in source.body
+        if isinstance(block, ast.If)
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert typed == simprep._EXPORTS
 
 
 def test_the_model_files_ship_inside_the_wheel():

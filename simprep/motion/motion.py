@@ -1,7 +1,9 @@
 """Motion: a sequence of poses of the humanoid. A pose is a MuJoCo qpos, so kinematics come from MuJoCo."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from pathlib import Path
 from types import MappingProxyType
 
 import mujoco
@@ -14,9 +16,10 @@ from simprep.humanoid import humanoid
 
 MAX_FPS = 1000.0
 MIN_FPS = 1.0
+_PLAIN = ("fps", "events", "name", "source", "loop", "character")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False, repr=False)
 class Motion:
     """A sequence of poses of one humanoid, with foot contacts and named frames.
 
@@ -77,6 +80,68 @@ class Motion:
 
     def __len__(self) -> int:
         return len(self.qpos)
+
+    def __repr__(self) -> str:
+        loop = ", loop" if self.loop else ""
+        return f"<Motion {self.name!r}: {len(self)} frames at {self.fps:g}/s, {self.duration:.2f} s{loop}, {self.character.name}>"
+
+    def __eq__(self, other: object) -> bool:
+        """Whether everything is the same, to the bit."""
+        if not isinstance(other, Motion):
+            return NotImplemented
+        arrays = all(np.array_equal(getattr(self, name), getattr(other, name)) for name in ("qpos", "contacts"))
+        return arrays and all(getattr(self, name) == getattr(other, name) for name in _PLAIN)
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __reduce__(self) -> tuple[object, ...]:
+        plain = (self.name, self.source, self.loop, self.character)
+        return Motion, (self.qpos, self.fps, self.contacts, dict(self.events), *plain)
+
+    def __getitem__(self, frames: slice) -> "Motion":
+        """Part of the motion by frames, `motion[10:50]`; events outside of it are dropped, and a loop is one no more.
+
+        Raises:
+            MotionError: a step other than 1, or no frame left.
+        """
+        from simprep.motion.edit import cut
+
+        if not isinstance(frames, slice) or frames.step not in (None, 1):
+            raise MotionError(f"{self.name}: {frames!r}; valid: frames a:b")
+        first, after, _ = frames.indices(len(self))
+        return cut(self, first, after)
+
+    def seconds(self, begin: float, end: float) -> "Motion":
+        """Part of the motion by time.
+
+        Args:
+            begin: its first frame is the first at or after this [s].
+            end: its last frame is the last at or before this [s].
+
+        Raises:
+            MotionError: no frame between them.
+        """
+        return self[max(0, math.ceil(begin * self.fps - 1e-9)) : max(0, math.floor(end * self.fps + 1e-9) + 1)]
+
+    def resample(self, fps: float) -> "Motion":
+        """The same motion at another frame rate; see `simprep.motion.edit.resample`.
+
+        Args:
+            fps: frames per second [1/s].
+        """
+        from simprep.motion.edit import resample
+
+        return resample(self, fps)
+
+    def save(self, path: str | Path) -> Path:
+        """Write the motion to .npz, which `simprep.read_motion` reads; returns the path.
+
+        Args:
+            path: the file; `.npz` is appended if missing.
+        """
+        from simprep.motion.store import save_motion
+
+        return save_motion(self, path)
 
     @property
     def duration(self) -> float:

@@ -1,6 +1,8 @@
 """Motion, editing and storage: properties that hold for any motion."""
 
 import json
+import pickle
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 
@@ -145,3 +147,30 @@ def test_motions_cannot_be_changed_in_place() -> None:
     motion = walk_like()
     with pytest.raises(ValueError, match="read-only"):
         motion.qpos[0, 0] = 1.0
+
+
+def test_a_motion_is_a_value(tmp_path: Path) -> None:
+    motion = replace(walk_like(), events={"impact": 3})
+    for copy in (pickle.loads(pickle.dumps(motion)), deepcopy(motion), read_motion(motion.save(tmp_path / "m"))):
+        assert copy == motion
+    other = np.array(motion.qpos)
+    other[0, 0] += 1e-15
+    assert replace(motion, qpos=other) != motion
+    assert motion != "motion"
+    assert len(repr(motion)) < 120
+    assert motion.character.name in repr(motion)
+
+
+def test_parts_by_frames_and_by_seconds() -> None:
+    motion = replace(walk_like(), events={"impact": 3})
+    part = motion[2:-1]
+    assert len(part) == len(motion) - 3
+    assert part.events == {"impact": 1}
+    assert motion.seconds(2 / motion.fps, motion.times[-2]) == part
+    assert motion[:] == motion
+    for wrong in (slice(0, None, 2), 3):
+        with pytest.raises(MotionError, match="valid: frames a:b"):
+            motion[wrong]  # type: ignore[index]
+    with pytest.raises(MotionError):
+        motion[5:5]
+    assert motion.resample(2 * motion.fps).fps == 2 * motion.fps
