@@ -1,0 +1,97 @@
+"""An import judges itself: constructed errors are found as large as they are, at every frame rate."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import generated_clips
+import numpy as np
+import pytest
+from motion_files import bvh_text, write
+from scipy.spatial.transform import Rotation
+
+from simprep.humanoid import humanoid
+from simprep.motion.import_check import LIMBS, check_import
+from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.load import import_motion, load_motion
+from simprep.motion.targets import ORIENTED, Targets
+
+
+def standing(frames: int = 50) -> tuple[np.ndarray, Targets]:
+    """Poses, and targets that they meet exactly."""
+    qpos = np.tile(humanoid().standing_qpos, (frames, 1))
+    pose = forward_kinematics(qpos)
+    turn = Rotation.from_quat(pose.xquat[:, ORIENTED].reshape(-1, 4), scalar_first=True).as_matrix()
+    return qpos, Targets(pose.xpos, turn.reshape(frames, -1, 3, 3), np.ones(5, dtype=bool), 30.0, None)
+
+
+def test_a_limb_that_points_elsewhere_is_found() -> None:
+    qpos, targets = standing()
+    none = np.zeros(len(qpos), dtype=bool)
+    exact = check_import(qpos, none, targets, humanoid())
+    assert not exact.doubtful
+    assert exact.residual_mm == pytest.approx(0, abs=1e-9)
+    turned = qpos.copy()
+    turned[10:20, 7 + humanoid().joint("left_shoulder_abduction")] = np.radians(30)
+    turned[17, 7 + humanoid().joint("left_shoulder_abduction")] = np.radians(40)
+    check = check_import(turned, none, targets, humanoid())
+    arm = check.limbs["left_upper_arm"]
+    assert (arm.median_deg, arm.p95_deg) == (pytest.approx(0, abs=1e-5), pytest.approx(30, abs=1e-6))
+    assert (arm.max_deg, arm.max_frame, arm.far_share) == (pytest.approx(40), 17, pytest.approx(0.2))
+    assert check.worst_residual_frame == 17
+    assert check.doubtful
+    assert check.worst_limb in ("left_upper_arm", "left_forearm")
+    assert any("left upper arm" in line and "40 deg" in line and "10-19" in line for line in check.warnings)
+    assert all(check.limbs[name].good for name in LIMBS if not name.startswith(("left_upper", "left_fore")))
+
+
+def test_a_hinge_that_stays_at_its_limit_is_named() -> None:
+    qpos, targets = standing()
+    knee = 7 + humanoid().joint("right_knee_flexion")
+    low = humanoid().model.jnt_range[1 + knee - 7, 0]
+    qpos[:15, knee] = low
+    unsettled = np.zeros(len(qpos), dtype=bool)
+    unsettled[[3, 4, 8]] = True
+    check = check_import(qpos, unsettled, targets, humanoid())
+    assert check.saturated == {"right_knee_flexion": pytest.approx(0.3)}
+    assert any("did not settle in frames 3-4, 8" in line for line in check.warnings)
+
+
+def test_a_doubtful_import_says_so(tmp_path: Path) -> None:
+    """An upper arm that goes through the trunk: no shoulder reaches that."""
+    lines = bvh_text(frames=20).splitlines()
+    first = next(number for number, line in enumerate(lines) if line.startswith("Frame Time")) + 1
+    names = [line.split()[1] for line in lines if line.split()[:1] in (["ROOT"], ["JOINT"])]
+    column = 6 + 3 * (names.index("LeftArm") - 1) + 2  # about y: the arm of a T-pose swings horizontally
+    for row in range(first, len(lines)):
+        values = lines[row].split()
+        values[column] = "-170"
+        lines[row] = " ".join(values)
+    path = write(tmp_path, "a.bvh", "\n".join(lines) + "\n")
+    report = import_motion(path).report
+    assert report.doubtful
+    assert "left upper arm" in report.warnings[0]
+    with pytest.warns(UserWarning, match="doubtful import"):
+        load_motion(path)
+    content = report.as_dict()
+    assert content["doubtful"] is True
+    assert set(content["limbs"]["left_upper_arm"]) >= {"median_deg", "p95_deg", "max_deg"}
+    assert {"saturated", "residual_mm", "worst_residual_mm", "worst_residual_frame"} <= set(content)
+
+
+@pytest.mark.parametrize("number", [5, 13])
+def test_frame_rates_agree(tmp_path: Path, number: int) -> None:
+    """A 30 Hz file, fast and slow, as it is and resampled to 120 Hz: within 3 degrees at the frames of both.
+
+    Of the legs, 99 % of the frames: where a foot touches down between two frames, footholds differ for a moment.
+    """
+    clip = generated_clips.generate(number, seconds=2)
+    assert clip.fps == 30
+    path = write(tmp_path, "a.bvh", clip.text)
+    coarse, fine = (import_motion(path, fps=fps).motion for fps in (30.0, 120.0))
+    ours, other = (forward_kinematics(motion.qpos).xpos for motion in (coarse, replace(fine, qpos=fine.qpos)))
+    other = other[::4][: len(ours)]
+    for name, (a, b) in LIMBS.items():
+        bones = [at[:, humanoid().segment(b)] - at[:, humanoid().segment(a)] for at in (ours[: len(other)], other)]
+        one, two = (bone / np.linalg.norm(bone, axis=-1, keepdims=True) for bone in bones)
+        angle = np.degrees(np.arccos(np.clip((one * two).sum(axis=-1), -1, 1)))
+        assert (angle.max() if "arm" in name else np.percentile(angle, 99)) < 3
