@@ -28,7 +28,7 @@ UNEVEN = 0.08
 """Footholds whose heights range over more than this do not stand on one level floor [m]."""
 STRETCH = 0.9998
 """A standing leg is at most this share of its length long."""
-HIGHER = 0.02
+HIGHER = 0.012
 """A foot that is this much higher than the other one, which stands, does not stand [m]."""
 BRIEFEST_S = 0.06
 """What is left of a stance after that is one if it lasts this long [s]."""
