@@ -248,10 +248,9 @@ def _drop_inserted_pose(
     leg = leg_length(clip.positions, joints)
     if jumps[0] < 10 * np.median(jumps[1:]) or jumps[0] < 3 * jumps[1:].max() or jumps[0] < 0.05 * leg:
         return clip, None
-    warnings.append(
-        f"frame 0 left out: an inserted rest pose (the joints jump {jumps[0] / np.median(jumps[1:]):.0f} times "
-        "farther after it than between other frames)"
-    )
+    usual = float(np.median(jumps[1:]))
+    farther = f"{jumps[0] / usual:.0f} times farther after it than" if usual > 0 else "after it and stand still"
+    warnings.append(f"frame 0 left out: an inserted rest pose (the joints jump {farther} between other frames)")
     reference = clip.positions[0], clip.rotations[0]
     return replace(clip, positions=clip.positions[1:], rotations=clip.rotations[1:]), reference
 

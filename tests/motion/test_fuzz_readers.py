@@ -32,6 +32,8 @@ from simprep.motion.store import read_motion, save_motion
 
 BASE_BYTES, PER_BYTE = 40_000_000, 1000
 """What reading may take at its peak: this much, and so much for every byte of the file."""
+LONGEST_BYTES = 100_000
+"""What repeating a line may add to a file."""
 FUZZ = settings(
     max_examples=200, derandomize=True, database=None, deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
@@ -86,7 +88,7 @@ def damaged(content: bytes, how: Damage) -> bytes:
     elif kind == "double":
         lines.insert(other, lines[one])
     elif kind == "repeat":
-        lines[one:one] = lines[one : one + 1] * 200
+        lines[one:one] = lines[one : one + 1] * min(200, LONGEST_BYTES // len(lines[one]))
     else:
         lines[one], lines[other] = lines[other], lines[one]
     return b"".join(lines)
@@ -184,7 +186,8 @@ def test_acclaim(tmp_path: Path, chosen: str) -> None:
 @pytest.mark.parametrize("loop", ["wrap", "none"])
 def test_deepmimic(tmp_path: Path, loop: str) -> None:
     path = tmp_path / "a.json"
-    content = deepmimic_text([deepmimic_frame(0.03 + 0.001 * number) for number in range(9)], loop).encode()
+    content = deepmimic_text([deepmimic_frame(0.03 + 0.001 * number) for number in range(9)], loop)
+    content = content.replace("], [", "],\n[").encode()
 
     def once(how: Damages) -> str:
         path.write_bytes(all_damaged(content, how))

@@ -71,13 +71,12 @@ def _read(path: Path, most: int) -> tuple[SourceClip, ...]:
         joints = _hierarchy(path, lines, most, offsets, comments)
         head = Decimals(path)
         count, frame_time, line = _motion_header(path, lines, head, comments)
-        commas = offsets.check() + head.check()
         columns = sum(len(joint.channels) for joint in joints)
         if columns == 0:
             raise MotionFileError(path, "no joint has channels")
         check_size(path, count, len(joints))
-        values, notes = numbers(path, stream.read(), line + 1, columns, count, comments)
-    notes += [*decimal_notes(commas), *comments.notes()]
+        values, commas, notes = numbers(path, stream.read(), line + 1, columns, count, comments)
+    notes += [*decimal_notes(offsets.check() + head.check() + commas), *comments.notes()]
     # the number of frames is now known to be backed by numbers, the number of joints by the hierarchy
     check_size(path, len(values), len(joints), path.stat().st_size)
     first = [index for index, joint in enumerate(joints) if joint.parent < 0]

@@ -125,12 +125,13 @@ def _parse(path: Path) -> tuple[NDArray[np.float64], bool, list[str]]:
         if not isinstance(row, list) or len(row) != FRAME_LENGTH:
             given = len(row) if isinstance(row, list) else type(row).__name__
             raise MotionFileError(path, f"frame {number} has {given} values; valid: {FRAME_LENGTH}")
+        strange = next((value for value in row if type(value) not in (int, float)), None)
+        if strange is not None or None in row:
+            raise MotionFileError(path, f"frame {number} holds {str(strange)[:40]!r}, something other than numbers")
     try:
         frames = np.array(rows, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError):
-        raise MotionFileError(path, "'Frames' holds something other than numbers") from None
-    if frames.ndim != 2:
-        raise MotionFileError(path, "'Frames' holds something other than numbers")
+    except OverflowError:
+        raise MotionFileError(path, "'Frames' holds a whole number beyond all sense") from None
     notes: list[str] = []
     bad = np.flatnonzero(~np.isfinite(frames).all(axis=1))
     if len(bad):

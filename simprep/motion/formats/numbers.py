@@ -100,7 +100,7 @@ def decimal_notes(count: int) -> list[str]:
 
 def numbers(
     path: Path, block: str, first_line: int, columns: int, rows: int, comments: Comments
-) -> tuple[NDArray[np.float64], list[str]]:
+) -> tuple[NDArray[np.float64], int, list[str]]:
     """A block of rows of numbers.
 
     Args:
@@ -112,19 +112,20 @@ def numbers(
         comments: counts the comments.
 
     Returns:
-        (rows, columns), and what was decided, for the report.
+        (rows, columns), how many numbers had a decimal comma, and what was decided, for the report.
 
     Raises:
         MotionFileError: another number of rows; or naming the first line with the wrong count, or with a value that is
             no number (or NaN, infinite, beyond `LARGEST`).
     """
     notes: list[str] = []
+    commas = 0
     values = _parse(block)
     if values is None and re.search(r"[#;/]", block):
         block = "\n".join(comments.strip(text) for text in _each_line(block))
         values = _parse(block)
     if values is None and "," in block:
-        notes += decimal_notes(_decimal_commas(path, block, first_line, columns))
+        commas = _decimal_commas(path, block, first_line, columns)
         block = block.replace(",", ".")
         values = _parse(block)
     if values is None or values.size != rows * columns:
@@ -139,7 +140,7 @@ def numbers(
         raise MotionFileError(
             path, f"a channel value is {values[bad]:g}; valid: a finite number up to {LARGEST:g}", line
         )
-    return values.reshape(-1, columns), notes
+    return values.reshape(-1, columns), commas, notes
 
 
 def _parse(block: str) -> NDArray[np.float64] | None:
