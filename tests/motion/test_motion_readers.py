@@ -138,7 +138,7 @@ NAMES = {
         "mixamorig:Neck",
     ),
     "Bandai-Namco": ("Hips", "UpperLeg_L LowerLeg_L Foot_L Toes_L", "UpperArm_L LowerArm_L Hand_L", "Neck"),
-    "Poser": ("hip", "LeftHip LeftKnee LeftAnkle LeftToe", "LeftShoulder LeftElbow LeftWrist", "Neck"),
+    "Poser style": ("hip", "LeftHip LeftKnee LeftAnkle LeftToe", "LeftShoulder LeftElbow LeftWrist", "Neck"),
     "SMPL": ("Pelvis", "L_Hip L_Knee L_Ankle L_Foot", "L_Shoulder L_Elbow L_Wrist", "Neck"),
     "Blender": ("spine", "thigh.L shin.L foot.L toe.L", "upper_arm.L forearm.L hand.L", "neck"),
     "Biped": (
@@ -155,6 +155,19 @@ NAMES = {
         "CC_Base_NeckTwist01",
     ),
     "Acclaim": ("root", "lfemur ltibia lfoot ltoes", "lhumerus lradius lwrist", "lowerneck"),
+    "Poser": ("hip", "lThigh lShin lFoot lToe", "lShldr lForeArm lHand", "neck"),
+    "Poser, numbered": ("hip:1", "lThigh:1 lShin:1 lFoot:1 lToe:1", "lShldr:1 lForeArm:1 lHand:1", "neck:1"),
+    "Poser, lower case": ("hip", "lthigh lshin lfoot ltoe", "lshldr lforearm lhand", "neck"),
+    "Poser, buttocks": ("hip", "lButtock lShin lFoot lToe", "lShldr lForeArm lHand", "neck"),
+    "DAZ Genesis 8": ("hip", "lThighBend lShin lFoot lToe", "lShldrBend lForearmBend lHand", "neckLower"),
+    "DAZ Genesis 9": ("hip", "l_thigh l_shin l_foot l_toes", "l_upperarm l_forearm l_hand", "neck1"),
+    "second person": (
+        "B_Hips",
+        "B_LeftUpLeg B_LeftLeg B_LeftFoot B_LeftToe",
+        "B_LeftArm B_LeftForeArm B_LeftHand",
+        "B_Neck",
+    ),
+    "person at the end": ("Hips_B", "lThigh_B lShin_B lFoot_B lToe_B", "lShldr_B lForeArm_B lHand_B", "neck_B"),
     "DeepMimic": ("root", "left_hip left_knee left_ankle left_toe", "left_shoulder left_elbow left_wrist", "neck"),
 }
 

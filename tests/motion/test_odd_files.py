@@ -10,7 +10,7 @@ from motion_files import amc_text, asf_text, bvh_text, deepmimic_text, write
 
 from simprep.errors import MotionFileError
 from simprep.motion.formats.acclaim import read_acclaim
-from simprep.motion.formats.bvh import read_bvh, read_bvh_people
+from simprep.motion.formats.bvh import read_bvh
 from simprep.motion.formats.deepmimic import read_deepmimic
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.joint_map import find_joints, read_joint_map
@@ -288,16 +288,3 @@ def test_npz_of_others_are_refused_by_name(tmp_path: Path, entries: dict[str, tu
     np.savez(path, **{name: np.zeros(shape) for name, shape in entries.items()})
     with pytest.raises(MotionFileError, match=re.escape(said)):
         load_motion(path)
-
-
-def test_faults_that_readers_mend(data_dir: Path) -> None:
-    daz = import_motion(data_dir / "faults" / "daz_shldr.bvh").report
-    wide = import_motion(data_dir / "faults" / "utf16.bvh").report
-    for report in (daz, wide):
-        assert (report.frames, report.fps, report.up, report.scale) == (6, 30, "y", 0.01)
-        assert report.residual_mm < 2
-    with pytest.raises(MotionFileError, match="an AMASS/SMPL motion"):
-        load_motion(data_dir / "faults" / "amass_like.npz")
-    with pytest.raises(MotionFileError, match="line 127: a second ROOT; valid: one skeleton in a file"):
-        load_motion(data_dir / "faults" / "two_roots.bvh")
-    assert [len(clip.names) for clip in read_bvh_people(data_dir / "faults" / "two_roots.bvh")] == [26, 26]

@@ -13,7 +13,7 @@ import pytest
 from motion_files import bvh_text, deepmimic_frame, deepmimic_text, write
 
 from simprep.errors import MotionFileError, SettingError
-from simprep.humanoid import standing_qpos
+from simprep.humanoid import humanoid
 from simprep.motion.edit import resample
 from simprep.motion.formats.bvh import read_bvh
 from simprep.motion.formats.deepmimic import read_deepmimic
@@ -112,7 +112,7 @@ def test_frame_rates_that_make_too_many_frames_are_refused(tmp_path: Path) -> No
     assert len(normalise(clip, joints, fps=10).clip.positions) == 2991
     with pytest.raises(SettingError, match="joints are too many"):
         normalise(clip, joints, fps=1000)
-    motion = Motion(np.tile(standing_qpos(), (1000, 1)), 1.0, np.ones((1000, 2), bool))
+    motion = Motion(np.tile(humanoid().standing_qpos, (1000, 1)), 1.0, np.ones((1000, 2), bool))
     with pytest.raises(SettingError, match="are too many"):
         resample(motion, 1000)
     with pytest.raises(SettingError, match="frame rate nan"):

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from simprep.errors import MotionFileError
 from simprep.motion.formats.numbers import LARGEST, Decimals, decimal_notes
 from simprep.motion.formats.skeleton import SourceClip, check_size, forward
-from simprep.motion.formats.text import Comments, lines_of, open_text
+from simprep.motion.formats.text import MAX_NAME, Comments, lines_of, open_text
 from simprep.motion.rotations import axis_rotation
 
 DEFAULT_FPS = 120.0
@@ -150,10 +150,10 @@ def _read_skeleton(path: Path) -> _Skeleton:
         key = tokens[0].lower()
         if key.startswith(":"):
             if bone is not None:
-                raise MotionFileError(path, f"section {tokens[0]} before the 'end' of bone {bone.name!r}", line)
+                raise MotionFileError(path, f"section {tokens[0][:40]} before the 'end' of bone {bone.name!r}", line)
             section = key[1:]
             if section not in _SECTIONS:
-                raise MotionFileError(path, f"section {tokens[0]!r}; valid: :{', :'.join(_SECTIONS)}", line)
+                raise MotionFileError(path, f"section {tokens[0][:40]!r}; valid: :{', :'.join(_SECTIONS)}", line)
             skeleton.sections.add(section)
         elif section == "units":
             _unit(path, skeleton, tokens, line)
@@ -186,7 +186,7 @@ def _unit(path: Path, skeleton: _Skeleton, tokens: list[str], line: int) -> None
         skeleton.unit_m = 0.0254 / length
     elif tokens[0].lower() == "angle" and len(tokens) > 1:
         if tokens[1].lower() not in ("deg", "rad"):
-            raise MotionFileError(path, f"angle unit {tokens[1]!r}; valid: deg, rad", line)
+            raise MotionFileError(path, f"angle unit {tokens[1][:40]!r}; valid: deg, rad", line)
         skeleton.degrees = tokens[1].lower() == "deg"
 
 
@@ -207,7 +207,7 @@ def _root(path: Path, skeleton: _Skeleton, tokens: list[str], line: int) -> None
         order = tuple(token.lower() for token in tokens[1:])
         if any(not re.fullmatch("[tr][xyz]", token) for token in order) or len(set(order)) < len(order):
             raise MotionFileError(
-                path, f"root order {' '.join(tokens[1:])!r}; valid: TX TY TZ RX RY RZ, each once", line
+                path, f"root order {' '.join(tokens[1:])[:60]!r}; valid: TX TY TZ RX RY RZ, each once", line
             )
         skeleton.order = order
     elif key == "orientation" and len(tokens) == 4:
@@ -234,6 +234,8 @@ def _bone_line(path: Path, skeleton: _Skeleton, bone: _Bone | None, tokens: list
         skeleton.bones[bone.name] = bone
         return None
     if key == "name" and len(tokens) == 2:
+        if len(tokens[1]) > MAX_NAME:
+            raise MotionFileError(path, f"a name of {len(tokens[1])} characters; valid: up to {MAX_NAME}", line)
         bone.name = tokens[1]
     elif key == "direction" and len(tokens) == 4:
         bone.direction = np.array(
@@ -252,9 +254,9 @@ def _bone_line(path: Path, skeleton: _Skeleton, bone: _Bone | None, tokens: list
     elif key == "dof":
         bone.dofs = tuple(token.lower() for token in tokens[1:])
         if any(not re.fullmatch("[tr][xyz]|l", token) for token in bone.dofs):
-            raise MotionFileError(path, f"dof {' '.join(tokens[1:])!r} of {bone.name!r}; valid: rx ry rz", line)
+            raise MotionFileError(path, f"dof {' '.join(tokens[1:])[:60]!r} of {bone.name!r}; valid: rx ry rz", line)
     elif key in ("name", "direction", "length", "axis"):
-        raise MotionFileError(path, f"{' '.join(tokens)!r} has the wrong number of values", line)
+        raise MotionFileError(path, f"{' '.join(tokens)[:60]!r} has the wrong number of values", line)
     return bone
 
 

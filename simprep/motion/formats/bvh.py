@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from simprep.errors import MotionFileError
 from simprep.motion.formats.numbers import Decimals, decimal_notes, number, numbers
 from simprep.motion.formats.skeleton import SourceClip, check_size, forward, tidy_fps
-from simprep.motion.formats.text import Comments, lines_of, open_text
+from simprep.motion.formats.text import MAX_NAME, Comments, lines_of, open_text
 from simprep.motion.rotations import axis_rotation
 
 MAX_JOINTS = 2000
@@ -133,6 +133,8 @@ def _hierarchy(
                     name = f"{joints[stack[-1]].name}_end"
                 elif not name:
                     raise MotionFileError(path, f"{word} without a name", line)
+                elif len(name) > MAX_NAME:
+                    raise MotionFileError(path, f"a name of {len(name)} characters; valid: up to {MAX_NAME}", line)
                 elif name in seen:
                     raise MotionFileError(path, f"a second joint called {name!r}", line)
                 seen.add(name)
@@ -182,7 +184,7 @@ def _channels(path: Path, joint: _Joint, tokens: list[str], line: int) -> list[s
     if count not in range(7) or len(tokens) <= count:
         raise MotionFileError(
             path,
-            f"{tokens[0]} channels of {joint.name!r}, {len(tokens) - 1} named; valid: 0 to 6, all on this line",
+            f"{tokens[0][:40]} channels of {joint.name!r}, {len(tokens) - 1} named; valid: 0 to 6, all on this line",
             line,
         )
     names = tokens[1 : 1 + int(count)]

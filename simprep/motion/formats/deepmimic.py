@@ -156,7 +156,7 @@ def _parse(path: Path) -> tuple[NDArray[np.float64], bool, list[str]]:
                 )
     loop = content.get("Loop", "none")
     if loop not in ("wrap", "none", True, False):
-        raise MotionFileError(path, f"'Loop' is {loop!r}; valid: 'wrap', 'none'")
+        raise MotionFileError(path, f"'Loop' is {str(loop)[:40]!r}; valid: 'wrap', 'none'")
     return frames, loop in ("wrap", True), notes
 
 

@@ -10,6 +10,8 @@ from simprep.errors import MotionFileError
 
 MAX_FILE_BYTES = 100_000_000
 MAX_LINE = 100_000
+MAX_NAME = 200
+"""Characters of a name; longer ones are damage, and would fill the message that names them."""
 _HEAD_BYTES = 4096
 _MARKS = (
     # the mark of UTF-32 begins with that of UTF-16
