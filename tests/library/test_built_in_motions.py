@@ -249,9 +249,8 @@ def test_duck_and_crawl_go_low_enough():
         assert drop[0] <= height[motion.events["target"]] - height.min() <= drop[1]
     motion, kinematics = played("crawl")
     low = slice(motion.events["low"], motion.events["rise"])
-    top = (
-        kinematics.xpos[low, motion.character.segment("head")] + 0.16
-    )  # crown: 0.14 m above the base of the head, whichever way it points
+    # crown: 0.14 m above the base of the head, whichever way it points
+    top = kinematics.xpos[low, motion.character.segment("head")] + 0.16
     assert top[:, 2].max() < 1.1  # passes under a bar of 1.1 m
     assert np.ptp(kinematics.com[low, 0]) > 0.8
 

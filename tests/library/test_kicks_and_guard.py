@@ -76,10 +76,7 @@ def test_kick_against_published_ranges(name):
     assert 0.85 <= foot[impact, :, 0].max() <= 1.6
     assert abs(foot[impact, :, 1].mean()) < 0.15
     # at peak speed the leg is about 80 % of its length, at contact more
-    hip, ankle = (
-        kinematics.xpos[:, motion.character.segment("right_thigh")],
-        kinematics.xpos[:, motion.character.feet[1]],
-    )
+    hip, ankle = (kinematics.xpos[:, motion.character.segment(f"right_{part}")] for part in ("thigh", "foot"))
     length = np.linalg.norm(ankle - hip, axis=1) / 0.867
     assert 0.7 <= length[speed.argmax()] <= 0.97
     assert 0.85 <= length[impact] <= 1.0
@@ -98,18 +95,14 @@ def test_kick_against_published_ranges(name):
 def test_standing_foot_turns_and_the_trunk_leans_away(name, turns, leans):
     motion = library_motion(name)
     kinematics = forward_kinematics(motion.qpos, motion.character)
-    impact = motion.events["impact"]
-    forward = Rotation.from_quat(kinematics.xquat[impact, motion.character.feet[0]], scalar_first=True).apply(
-        [1.0, 0.0, 0.0]
-    )
+    impact, segment = motion.events["impact"], motion.character.segment
+    turn = Rotation.from_quat(kinematics.xquat[impact, segment("left_foot")], scalar_first=True)
+    forward = turn.apply([1.0, 0.0, 0.0])
     assert turns[0] <= np.degrees(np.arctan2(forward[1], forward[0])) <= turns[1]
-    trunk = (
-        kinematics.xpos[impact, motion.character.segment("neck")]
-        - kinematics.xpos[impact, motion.character.segment("pelvis")]
-    )
+    trunk = kinematics.xpos[impact, segment("neck")] - kinematics.xpos[impact, segment("pelvis")]
     assert leans[0] <= np.degrees(np.arccos(trunk[2] / np.linalg.norm(trunk))) <= leans[1]
-    hands = kinematics.xpos[impact, motion.character.segment("left_hand")]
-    assert hands[2] > kinematics.xpos[impact, motion.character.segment("thorax"), 2]  # one hand stays up
+    hands = kinematics.xpos[impact, segment("left_hand")]
+    assert hands[2] > kinematics.xpos[impact, segment("thorax"), 2]  # one hand stays up
 
 
 def test_roundhouse_turns_the_pelvis_before_the_hip_before_the_knee():
@@ -172,10 +165,12 @@ def test_guard_bounces_and_closes(lead):
         inside = np.abs(np.diff(velocity[n + 2 : 2 * n - 2], axis=0)).max(axis=0)
         seam = np.abs(np.diff(velocity[2 * n - 2 : 2 * n + 2], axis=0)).max(axis=0)
         assert (seam <= 1.2 * inside + 1e-3).all()
-    com = forward_kinematics(library_motion(names[0]).qpos).com[:, 2]
+    com, standing = (
+        forward_kinematics(motion.qpos, motion.character).com[:, 2]
+        for motion in (library_motion(names[0]), library_motion("stand"))
+    )
     assert 0.005 <= np.ptp(com) <= 0.03
-    standing = forward_kinematics(library_motion("stand").qpos).com[:, 2].mean()
-    assert 0.04 <= standing - com.mean() <= 0.08
+    assert 0.04 <= standing.mean() - com.mean() <= 0.08
 
 
 def test_flexion_brings_the_thigh_into_the_plane():

@@ -1,5 +1,7 @@
 """The mathematics under the built-in motions: curves, limbs, foot paths, zero-moment point, COM planning."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -82,21 +84,30 @@ def test_curves_pass_their_keys_and_have_no_jump_in_acceleration():
     assert wave(fine + 3.0) == pytest.approx(wave(fine), abs=1e-9)
 
 
+FEWER_POINTS = replace(
+    humanoid(), soles=tuple((f"{side}_toe", f"{side}_ball_medial", f"{side}_heel") for side in SIDES)
+)
+"""The humanoid with other points under its soles, in another order."""
+
+
+@pytest.mark.parametrize("character", [humanoid(), FEWER_POINTS])
 @pytest.mark.parametrize("side", SIDES)
-def test_foot_rolls_over_heel_and_toe_without_slipping(side):
+def test_foot_rolls_over_heel_and_toe_without_slipping(side, character):
     path = FootPath(
         side, (Stance(0.0, 1.0, 0.3, 0.1, 0.2),),
         pitch=degrees_curve((0.0, 20), (0.3, 0), (0.5, 0), (1.0, -50)), pivot=degrees_curve((0.6, 0), (1.0, -30)),
+        character=character,
     )  # fmt: skip
     times = np.linspace(0, 1, 201)
     position, rotation, contact = path.at(times)
     assert contact.all()
-    centres, radii = foot_spheres(side)
+    centres, radii = foot_spheres(side, character)
+    heel, toe = (character.soles[SIDES.index(side)].index(f"{side}_{part}") for part in ("heel", "toe"))
     points = position[:, None] + centres @ np.swapaxes(rotation, 1, 2)
     points[..., 2] -= radii
     assert points[..., 2].min() == pytest.approx(0.0, abs=1e-12)
     assert points[..., 2].min(axis=1).max() == pytest.approx(0.0, abs=1e-12)
-    for part, frames in ((0, times < 0.3), (3, times > 0.5)):  # heel, toe
+    for part, frames in ((heel, times < 0.3), (toe, times > 0.5)):
         assert np.ptp(points[frames, part, :2], axis=0).max() < 1e-12
 
 

@@ -107,9 +107,8 @@ def test_punches_land_on_chin_and_solar_plexus_ahead(name):
         assert kinematics.com[impact, 2] < kinematics.com[target - 3, 2] - (0.02 if "uppercut" in name else 0.08)
     assert abs(point[1]) < 0.10
     assert point[0] > kinematics.xpos[impact, head, 0] + 0.25
-    elbow = np.degrees(
-        motion.qpos[impact : impact + 5, 7 + motion.character.joint(f"{parameters['side']}_elbow_flexion")]
-    )
+    joint = motion.character.joint(f"{parameters['side']}_elbow_flexion")
+    elbow = np.degrees(motion.qpos[impact : impact + 5, 7 + joint])
     if parameters["type"] in ("jab", "cross"):
         assert 15 <= elbow.min() <= 35
     else:

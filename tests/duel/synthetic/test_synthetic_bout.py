@@ -26,7 +26,7 @@ from simprep.duel.synthetic.presets import PRESETS, SyntheticSettings, preset
 from simprep.duel.synthetic.summary import summarise_synthetic
 from simprep.duel.synthetic.truth import read_truth, save_truth, truth_path
 from simprep.errors import MotionFileError, SettingError, SimprepError
-from simprep.humanoid import GRAVITY
+from simprep.humanoid import GRAVITY, humanoid
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import forward_kinematics
 
@@ -175,7 +175,7 @@ def test_supporting_feet_stand_still():
     rng = np.random.default_rng(2)
     fighter = draw_clip(replace(SHORT, clip_s=20.0), (a, b), rng)[0]
     done = perform(fighter, rng)
-    points = forward_kinematics(done.qpos).foot_points
+    points = forward_kinematics(done.qpos, humanoid()).foot_points
     travel = []
     for side in range(2):
         for first, after in stances(done.contacts[:, side]):
