@@ -78,7 +78,7 @@ def code_key(folders: tuple[str, ...] = SOURCES, packages: tuple[str, ...] = PAC
     """Hash of all that something generated depends on, 16 hexadecimal digits.
 
     Args:
-        folders: of simprep, whose code makes it; the humanoid always counts.
+        folders: of simprep, whose code makes it; what describes the humanoid always counts.
         packages: that it is computed with.
     """
     digest = hashlib.sha256()
@@ -94,6 +94,7 @@ def _sources(folders: tuple[str, ...] = SOURCES) -> Iterator[Path]:
     package = Path(simprep.__file__).parent
     for folder in folders:
         yield from sorted((package / folder).rglob("*.py"))
+    yield package / "character.py"
     yield package / "humanoid.py"
     yield from sorted(mjcf_folder().glob("*.xml"))
 

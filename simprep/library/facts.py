@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.character import SIDES, Character
-from simprep.humanoid import BODIES
+from simprep.library.parts.limbs import fist_middle
 from simprep.motion.contacts import stances
 from simprep.motion.edit import loop_displacement, repeat, yaw
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -27,7 +27,8 @@ class MotionFacts:
         events_s: events in order of time [s].
         stances_s: `left` and `right`: (begin, end) of every stance of that foot [s].
         flight_s: time with no foot on the floor [s]; hands and knees are not counted.
-        peak_fist_speed_m_s: `left` and `right`: fastest the middle of the fist moves in the world [m/s].
+        peak_fist_speed_m_s: `left` and `right`: fastest the middle of the fist moves in the world [m/s];
+            empty without hands.
         peak_foot_speed_m_s: `left` and `right`: fastest any point of the sole moves in the world [m/s].
         com_height_m: lowest and highest centre of mass [m].
         path_m: length of the pelvis's path over the floor [m].
@@ -63,7 +64,9 @@ def motion_facts(motion: Motion) -> MotionFacts:
     """
     cycles = repeat(motion, 2) if motion.loop and len(motion) > 1 else motion  # so that the seam counts
     kinematics = forward_kinematics(cycles.qpos, cycles.character)
-    fists, soles = fist_positions(kinematics, cycles.character), kinematics.foot_points
+    hands = all(cycles.character.has(f"{side}_hand") for side in SIDES)
+    fists = fist_positions(kinematics, cycles.character) if hands else None
+    soles = kinematics.foot_points
     frames = len(motion)
     span = min(frames + 1, len(cycles)) if motion.loop else frames
     com = kinematics.com[:frames, 2]
@@ -83,7 +86,9 @@ def motion_facts(motion: Motion) -> MotionFacts:
             for index, side in enumerate(SIDES)
         },
         flight_s=float((~motion.contacts.any(axis=1)).sum() / motion.fps),
-        peak_fist_speed_m_s={side: _peak_speed(fists[:, index], motion.fps) for index, side in enumerate(SIDES)},
+        peak_fist_speed_m_s={}
+        if fists is None
+        else {side: _peak_speed(fists[:, index], motion.fps) for index, side in enumerate(SIDES)},
         peak_foot_speed_m_s={side: _peak_speed(soles[:, index], motion.fps) for index, side in enumerate(SIDES)},
         com_height_m=(float(com.min()), float(com.max())),
         path_m=float(path),
@@ -97,17 +102,19 @@ def fist_positions(kinematics: Kinematics, character: Character) -> NDArray[np.f
 
     Args:
         kinematics: of T poses.
-        character: the humanoid.
+        character: whose poses.
 
     Returns:
         (T, 2, 3) world [m].
+
+    Raises:
+        SettingError: the character lacks a hand.
     """
-    model = character.model
     places = []
     for side in SIDES:
-        hand = BODIES.index(f"{side}_hand")
+        hand = character.segment(f"{side}_hand")
         turn = rotation_matrix(kinematics.xquat[:, hand])
-        places.append(kinematics.xpos[:, hand] + turn @ model.site(f"{side}_hand").pos)
+        places.append(kinematics.xpos[:, hand] + turn @ fist_middle(side, character))
     return np.stack(places, axis=1)
 
 

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.character import SIDES
-from simprep.humanoid import BODIES, LEG_JOINTS, N_QPOS, hinge_index
+from simprep.humanoid import humanoid
 from simprep.library.entry import FPS, Entry
 from simprep.library.parts.feet import FootPath, Stance
-from simprep.library.parts.limbs import SIGNS, arm_angles, leg_angles, limb_lengths
+from simprep.library.parts.limbs import SIGNS, arm_angles, leg_angles, leg_joints, limb_lengths
 from simprep.library.parts.movement import degrees_curve
 from simprep.library.parts.posture import RELAXED, Pose, key_poses
 from simprep.library.parts.whole_body import check_limits
@@ -88,7 +88,8 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     poses = [path.at(times) for path in feet]
     ankle = np.stack([pose[0] for pose in poses], axis=1)
     rotation = np.stack([pose[1] for pose in poses], axis=1)
-    qpos = np.zeros((len(times), N_QPOS))
+    character = humanoid()
+    qpos = np.zeros((len(times), character.nq))
     qpos[:, 7:] = key_poses(_trunk(), own)
     pitch = degrees_curve((0.1, 0), (READY_S, 14), (TARGET_S, 14), (HANDS_S, 54), (2.45, 58), (KNEES_S, 70))(own)
     kneeling = minimum_jerk((own - KNEES_S + 0.35) / 0.35)
@@ -96,7 +97,7 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     root = axis_rotation("x", kneeling * roll) @ axis_rotation("y", pitch)
     qpos[:, 3:7] = Rotation.from_matrix(root).as_quat(scalar_first=True)
     for name in ("lumbar_rotation", "thorax_rotation"):  # the chest stays level
-        qpos[:, 7 + hinge_index(name)] -= 0.4 * kneeling * roll
+        qpos[:, 7 + character.joint(name)] -= 0.4 * kneeling * roll
     middle = limb_lengths().hip.mean(axis=0)
     table = np.array(_PELVIS)
     free = key_curve(list(table[:, 0]), table[:, 1:])(own)
@@ -111,7 +112,7 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     over = key_curve([0.1, TARGET_S, HANDS_S], [CENTRE_M, CENTRE_M + 0.02, 0.16])(own)
     over += np.where(later, style.distance, 0.0)
     _keep_over_feet(qpos, ends, over, 1 - minimum_jerk((own - HANDS_S + 0.2) / 0.8))
-    check_limits(qpos)
+    check_limits(qpos, character)
     events = {"target": TARGET_S, "low": KNEES_S, "rise": end - KNEES_S}
     return Motion(
         qpos=qpos,
@@ -120,6 +121,7 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
         events={name: round(time * FPS) for name, time in events.items()},
         name="crawl_hands_knees",
         source="simprep library: crawl_hands_knees",
+        character=character,
     )
 
 
@@ -224,17 +226,18 @@ class _Ends:
 
 def _place_limbs(qpos: NDArray[np.float64], ends: _Ends) -> None:
     """Legs to the feet, arms from hanging to the floor, in place."""
-    kinematics = forward_kinematics(qpos)
-    thorax = kinematics.xpos[:, BODIES.index("thorax")]
-    turned = Rotation.from_quat(kinematics.xquat[:, BODIES.index("thorax")], scalar_first=True)
+    character = humanoid()
+    kinematics, chest = forward_kinematics(qpos, character), character.segment("thorax")
+    thorax = kinematics.xpos[:, chest]
+    turned = Rotation.from_quat(kinematics.xquat[:, chest], scalar_first=True)
+    legs = 7 + leg_joints(character)
     for number, side in enumerate(SIDES):
-        columns = [7 + hinge_index(f"{side}_{joint}") for joint in LEG_JOINTS]
-        qpos[:, columns] = leg_angles(side, qpos[:, :3], ends.root, ends.ankle[:, number], ends.foot[:, number])
+        qpos[:, legs[number]] = leg_angles(side, qpos[:, :3], ends.root, ends.ankle[:, number], ends.foot[:, number])
         fist = turned.inv().apply(ends.fist[:, number] - thorax)
         pole = np.tile([0.2, 0.4 * SIGNS[side], -1.0], (len(qpos), 1))
         reach = np.unwrap(arm_angles(side, fist, pole), axis=0)
         names = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
-        arm = [7 + hinge_index(f"{side}_{name}") for name in names]
+        arm = 7 + character.joint_indices([f"{side}_{name}" for name in names])
         hanging = np.radians([RELAXED[f"arms_{name}"] for name in names])
         qpos[:, arm] = (1 - ends.on_floor) * hanging + ends.on_floor * reach
 
@@ -245,7 +248,7 @@ def _keep_over_feet(
     """Move the pelvis, in place, until the COM is over a point while only the feet bear load: x over time and a share."""
     planned = qpos[:, 0].copy()
     for _ in range(12):
-        error = over - forward_kinematics(qpos).com[:, 0]
+        error = over - forward_kinematics(qpos, humanoid()).com[:, 0]
         qpos[:, 0] += np.where(weight > 0, error, 0.0)
         _place_limbs(qpos, ends)
     qpos[:, 0] = planned + weight * (qpos[:, 0] - planned)

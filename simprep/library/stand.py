@@ -45,7 +45,8 @@ def stand() -> Motion:
         shift=np.zeros(2),
     )
     qpos = solve_whole_body(plan)
-    return Motion(qpos, FPS, plan.contacts, name="stand", source="simprep library: stand", loop=True)
+    source = "simprep library: stand"
+    return Motion(qpos, FPS, plan.contacts, name="stand", source=source, loop=True, character=plan.character)
 
 
 ENTRIES = (Entry("stand", "locomotion", "stands upright, arms hanging", stand),)

@@ -6,7 +6,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from simprep.character import SIDES
 from simprep.errors import UnknownNameError
-from simprep.humanoid import BODIES, GRAVITY, HINGES, hinge_index, humanoid
+from simprep.humanoid import GRAVITY, humanoid
 from simprep.library import library_entries, library_motion, library_names
 from simprep.library.parts.balance import ground_reaction
 from simprep.motion.contacts import stances
@@ -41,7 +41,7 @@ def played(name: str):
     """The motion, three cycles of it if it is a loop, with its kinematics."""
     motion = library_motion(name)
     motion = repeat(motion, 3) if motion.loop else motion
-    return motion, forward_kinematics(motion.qpos)
+    return motion, forward_kinematics(motion.qpos, motion.character)
 
 
 def outside(points: np.ndarray, point: np.ndarray) -> float:
@@ -60,9 +60,10 @@ def outside(points: np.ndarray, point: np.ndarray) -> float:
 
 def hands_and_knees_on_the_floor(kinematics, frame: int) -> np.ndarray:
     """Points (N, 2) under fists and knees that are on the floor, 15 mm of clearance allowed (they have no skin)."""
-    knees = kinematics.xpos[frame, [BODIES.index(f"{side}_shank") for side in SIDES]]
-    wrists = kinematics.xpos[frame, [BODIES.index(f"{side}_hand") for side in SIDES]]
-    elbows = kinematics.xpos[frame, [BODIES.index(f"{side}_forearm") for side in SIDES]]
+    knees, wrists, elbows = (
+        kinematics.xpos[frame, [humanoid().segment(f"{side}_{part}") for side in SIDES]]
+        for part in ("shank", "hand", "forearm")
+    )
     along = (wrists - elbows) / np.linalg.norm(wrists - elbows, axis=1, keepdims=True)
     fists = wrists + 0.055 * along  # middle of the fist, 42 mm thick; the shank is 52 mm thick
     return np.concatenate([knees[knees[:, 2] < 0.052 + 0.015], fists[fists[:, 2] < 0.042 + 0.015]])[:, :2]
@@ -80,11 +81,11 @@ def test_every_motion_obeys_the_body_and_the_floor(name):
     motion, kinematics = played(name)
     assert motion.name == name
     assert motion.fps == 60
-    low, high = humanoid().model.jnt_range[1:].T
+    low, high = motion.character.model.jnt_range[1:].T
     assert (motion.qpos[:, 7:] >= low).all()
     assert (motion.qpos[:, 7:] <= high).all()
     speed = np.degrees(np.abs(motion.velocities()[:, 6:])).max(axis=0)
-    for hinge, fastest in zip(HINGES, speed):
+    for hinge, fastest in zip(motion.character.joints, speed):
         part = hinge.removeprefix("left_").removeprefix("right_").partition("_")[0]
         assert fastest <= SPEED_CAPS_DEG[part], (hinge, fastest)
     # no body part but the feet touches the floor, and these by a millimetre at most
@@ -101,7 +102,7 @@ def test_every_motion_obeys_the_body_and_the_floor(name):
         for first, after in stances(contact):
             carried = kinematics.foot_points[first:after, side]
             down = carried[..., 2] < 1e-3
-            for part in range(4):
+            for part in range(carried.shape[1]):
                 still = carried[down[:, part], part, :2]
                 assert len(still) == 0 or np.ptp(still, axis=0).max() < 5e-3, (name, SIDES[side], part)
 
@@ -109,9 +110,9 @@ def test_every_motion_obeys_the_body_and_the_floor(name):
 @pytest.mark.parametrize("name", library_names())
 def test_every_motion_is_dynamically_plausible(name):
     motion, kinematics = played(name)
-    force, zmp = ground_reaction(kinematics, motion.fps)
+    force, zmp = ground_reaction(kinematics, motion.fps, motion.character)
     middle = slice(len(motion) // 3, 2 * len(motion) // 3) if library_motion(name).loop else slice(1, -1)
-    weight = GRAVITY * humanoid().model.body_mass.sum()
+    weight = GRAVITY * motion.character.model.body_mass.sum()
     assert force[middle, 2].min() > -0.01 * weight
     assert force[middle, 2].max() < (4.2 if name in JUMPS else 1.6) * weight
     flat = np.hypot(force[middle, 0], force[middle, 1])
@@ -142,7 +143,7 @@ def test_walk_is_in_the_norm_ranges_of_young_men():
     assert 1.2 <= step * cadence / 60 <= 1.65
     assert 99 <= cadence <= 113
     assert 0.65 <= step <= 0.83
-    feet = kinematics.xpos[:, [BODIES.index("left_foot"), BODIES.index("right_foot")]]
+    feet = kinematics.xpos[:, walk.character.feet]
     strike = {side: walk.events[f"{side}_heel_strike"] + len(walk) for side in SIDES}
     width = feet[strike["left"] + 10, 0, 1] - feet[strike["right"] + 10, 1, 1]
     assert 0.082 <= width <= 0.135
@@ -151,7 +152,7 @@ def test_walk_is_in_the_norm_ranges_of_young_men():
     assert 0.22 <= walk.contacts.all(axis=1).mean() <= 0.31
     assert 0.025 <= np.ptp(kinematics.com[:, 2]) <= 0.045
     assert 0.02 <= np.ptp(kinematics.com[:, 1]) <= 0.06
-    angle = {name: np.degrees(walk.qpos[:, 7 + hinge_index(name)]) for name in HINGES}
+    angle = {name: np.degrees(walk.qpos[:, 7 + k]) for k, name in enumerate(walk.character.joints)}
     assert 35 <= np.ptp(angle["left_hip_flexion"]) <= 50
     assert 55 <= angle["left_knee_flexion"].max() <= 72
     assert 25 <= np.ptp(angle["left_shoulder_flexion"]) <= 40
@@ -159,7 +160,7 @@ def test_walk_is_in_the_norm_ranges_of_young_men():
     left = strike["left"] % len(walk)
     assert angle["left_shoulder_flexion"][left] < angle["right_shoulder_flexion"][left] - 20
     swing = ~walk.contacts[:, 0]
-    clearance = forward_kinematics(walk.qpos).foot_points[swing, 0, :, 2].min(axis=1)
+    clearance = forward_kinematics(walk.qpos, walk.character).foot_points[swing, 0, :, 2].min(axis=1)
     assert clearance[len(clearance) // 3 : 2 * len(clearance) // 3].min() > 0.010
 
 
@@ -177,7 +178,7 @@ def test_loops_close(name):
 @pytest.mark.parametrize("name", TARGETS)
 def test_targets_begin_and_end_standing_with_a_ready_posture_before_the_target(name):
     motion = library_motion(name)
-    kinematics = forward_kinematics(motion.qpos)
+    kinematics = forward_kinematics(motion.qpos, motion.character)
     target = motion.events["target"]
     assert 30 <= target <= 60
     assert motion.contacts[: target + 1].all()
@@ -196,14 +197,14 @@ def test_targets_begin_and_end_standing_with_a_ready_posture_before_the_target(n
 @pytest.mark.parametrize(("name", "hand"), [("punch_right", "right_hand"), ("punch_left", "left_hand")])
 def test_punch_speed_and_sequence(name, hand):
     motion, kinematics = played(name)
-    speed = np.linalg.norm(np.gradient(kinematics.xpos[:, BODIES.index(hand)], 1 / 60, axis=0), axis=1)
+    speed = np.linalg.norm(np.gradient(kinematics.xpos[:, motion.character.segment(hand)], 1 / 60, axis=0), axis=1)
     assert 5.5 <= speed.max() <= 9.0
     assert abs(int(speed.argmax()) - motion.events["impact"]) <= 2
     side = hand.partition("_")[0]
     velocity = motion.velocities()
     pelvis = int(np.abs(velocity[:, 5]).argmax())
-    elbow = int((-velocity[:, 6 + hinge_index(f"{side}_elbow_flexion")]).argmax())
-    trunk = int(np.abs(velocity[:, 6 + hinge_index("thorax_rotation")]).argmax())
+    elbow = int((-velocity[:, 6 + motion.character.joint(f"{side}_elbow_flexion")]).argmax())
+    trunk = int(np.abs(velocity[:, 6 + motion.character.joint("thorax_rotation")]).argmax())
     assert pelvis <= trunk <= elbow <= pelvis + 8  # from the ground up, within 130 ms
 
 
@@ -221,7 +222,7 @@ def test_kick_chambers_extends_and_stands_on_one_leg():
     assert 8.0 <= speed.max() <= 11.0
     impact = motion.events["impact"]
     assert abs(int(speed.argmax()) - impact) <= 3
-    knee = np.degrees(motion.qpos[:, 7 + hinge_index("right_knee_flexion")])
+    knee = np.degrees(motion.qpos[:, 7 + motion.character.joint("right_knee_flexion")])
     assert 100 <= knee[motion.events["target"] : impact].max() <= 130
     assert 10 <= knee[impact : impact + 6].min() <= 30
     assert 0.7 <= foot[impact, :, 2].max() <= 1.3
@@ -242,14 +243,14 @@ def test_jump_height_matches_its_flight_time():
 
 
 def test_duck_and_crawl_go_low_enough():
-    head = BODIES.index("head")
     for name, drop in (("duck", (0.25, 0.42)), ("crawl", (0.5, 0.9))):
         motion, kinematics = played(name)
-        height = kinematics.xpos[:, head, 2]
+        height = kinematics.xpos[:, motion.character.segment("head"), 2]
         assert drop[0] <= height[motion.events["target"]] - height.min() <= drop[1]
     motion, kinematics = played("crawl")
     low = slice(motion.events["low"], motion.events["rise"])
-    top = kinematics.xpos[low, head] + 0.16  # crown: 0.14 m above the base of the head, whichever way it points
+    # crown: 0.14 m above the base of the head, whichever way it points
+    top = kinematics.xpos[low, motion.character.segment("head")] + 0.16
     assert top[:, 2].max() < 1.1  # passes under a bar of 1.1 m
     assert np.ptp(kinematics.com[low, 0]) > 0.8
 

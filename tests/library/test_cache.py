@@ -95,12 +95,13 @@ def test_the_key_follows_code_and_model_and_newer_code_keeps_nothing(folder, mon
     real = code_key.__wrapped__()
     shutil.copytree(os.path.dirname(cache.__file__), package / "library")
     shutil.copytree(os.path.dirname(sys.modules["simprep.motion"].__file__), package / "motion")
-    shutil.copy(sys.modules["simprep.humanoid"].__file__, package / "humanoid.py")
+    for name in ("character", "humanoid"):
+        shutil.copy(sys.modules[f"simprep.{name}"].__file__, package / f"{name}.py")
     shutil.copytree(mjcf_folder(), package / "mjcf")
     monkeypatch.setattr(cache, "mjcf_folder", lambda: package / "mjcf")
     monkeypatch.setattr(cache.simprep, "__file__", str(package / "__init__.py"))
     assert code_key.__wrapped__() == real
-    for changed in ("library/duck.py", "motion/formats/bvh.py", "humanoid.py", "mjcf/humanoid.xml"):
+    for changed in ("library/duck.py", "motion/formats/bvh.py", "character.py", "humanoid.py", "mjcf/humanoid.xml"):
         before = code_key.__wrapped__()
         with (package / changed).open("a") as stream:
             stream.write("\n")

@@ -10,7 +10,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from simprep.character import SIDES
-from simprep.humanoid import BODIES, FEET, hinge_index
 from simprep.library import library_motion
 from simprep.library.kicks.parts import flexion_towards
 from simprep.library.registry import library_entries
@@ -38,7 +37,7 @@ DIRECTIONS = {"forward": (1, 0), "backward": (-1, 0), "left": (0, 1), "right": (
 
 
 def angle(motion, name):
-    return np.degrees(motion.qpos[:, 7 + hinge_index(name)])
+    return np.degrees(motion.qpos[:, 7 + motion.character.joint(name)])
 
 
 def speed_of(points):
@@ -58,7 +57,7 @@ def test_all_sixteen_kicks_and_ten_guards_are_there():
 def test_kick_against_published_ranges(name):
     speeds, heights, knees = RANGES[name]
     motion = library_motion(name)
-    kinematics = forward_kinematics(motion.qpos)
+    kinematics = forward_kinematics(motion.qpos, motion.character)
     foot = kinematics.foot_points[:, 1]
     speed = speed_of(foot).max(axis=1)
     impact, target = motion.events["impact"], motion.events["target"]
@@ -77,7 +76,7 @@ def test_kick_against_published_ranges(name):
     assert 0.85 <= foot[impact, :, 0].max() <= 1.6
     assert abs(foot[impact, :, 1].mean()) < 0.15
     # at peak speed the leg is about 80 % of its length, at contact more
-    hip, ankle = kinematics.xpos[:, BODIES.index("right_thigh")], kinematics.xpos[:, FEET[1]]
+    hip, ankle = (kinematics.xpos[:, motion.character.segment(f"right_{part}")] for part in ("thigh", "foot"))
     length = np.linalg.norm(ankle - hip, axis=1) / 0.867
     assert 0.7 <= length[speed.argmax()] <= 0.97
     assert 0.85 <= length[impact] <= 1.0
@@ -95,28 +94,29 @@ def test_kick_against_published_ranges(name):
 )
 def test_standing_foot_turns_and_the_trunk_leans_away(name, turns, leans):
     motion = library_motion(name)
-    kinematics = forward_kinematics(motion.qpos)
-    impact = motion.events["impact"]
-    forward = Rotation.from_quat(kinematics.xquat[impact, FEET[0]], scalar_first=True).apply([1.0, 0.0, 0.0])
+    kinematics = forward_kinematics(motion.qpos, motion.character)
+    impact, segment = motion.events["impact"], motion.character.segment
+    turn = Rotation.from_quat(kinematics.xquat[impact, segment("left_foot")], scalar_first=True)
+    forward = turn.apply([1.0, 0.0, 0.0])
     assert turns[0] <= np.degrees(np.arctan2(forward[1], forward[0])) <= turns[1]
-    trunk = kinematics.xpos[impact, BODIES.index("neck")] - kinematics.xpos[impact, BODIES.index("pelvis")]
+    trunk = kinematics.xpos[impact, segment("neck")] - kinematics.xpos[impact, segment("pelvis")]
     assert leans[0] <= np.degrees(np.arccos(trunk[2] / np.linalg.norm(trunk))) <= leans[1]
-    hands = kinematics.xpos[impact, BODIES.index("left_hand")]
-    assert hands[2] > kinematics.xpos[impact, BODIES.index("thorax"), 2]  # one hand stays up
+    hands = kinematics.xpos[impact, segment("left_hand")]
+    assert hands[2] > kinematics.xpos[impact, segment("thorax"), 2]  # one hand stays up
 
 
 def test_roundhouse_turns_the_pelvis_before_the_hip_before_the_knee():
     motion = library_motion("roundhouse_right_body")
     velocity = motion.velocities()
     pelvis = int(velocity[:, 5].argmax())
-    extension = int((-velocity[:, 6 + hinge_index("right_knee_flexion")]).argmax())
-    hip = int(velocity[:, 6 + hinge_index("right_hip_abduction")][pelvis:].argmax()) + pelvis
+    extension = int((-velocity[:, 6 + motion.character.joint("right_knee_flexion")]).argmax())
+    hip = int(velocity[:, 6 + motion.character.joint("right_hip_abduction")][pelvis:].argmax()) + pelvis
     assert pelvis < hip <= extension
 
 
 def test_knee_strike_height_and_speed():
     motion = library_motion("knee_right")
-    knee = forward_kinematics(motion.qpos).xpos[:, BODIES.index("right_shank")]
+    knee = forward_kinematics(motion.qpos, motion.character).xpos[:, motion.character.segment("right_shank")]
     impact = motion.events["impact"]
     assert 1.0 <= knee[impact:, 2].max() <= 1.35
     assert 3.0 <= speed_of(knee).max() <= 8.0
@@ -137,7 +137,7 @@ def test_footwork_steps_the_nearer_foot_first_and_keeps_the_stance(lead, directi
     loop = library_motion(f"guard_{lead}_lead_{direction}")
     assert loop.loop
     motion = repeat(loop, 2)
-    kinematics = forward_kinematics(motion.qpos)
+    kinematics = forward_kinematics(motion.qpos, motion.character)
     n = len(loop)
     travel = kinematics.com[n, :2] - kinematics.com[0, :2]
     towards = np.array(DIRECTIONS[direction], dtype=float)
@@ -148,11 +148,11 @@ def test_footwork_steps_the_nearer_foot_first_and_keeps_the_stance(lead, directi
     nearer = SIDES.index({"forward": lead, "backward": rear}.get(direction, direction))
     first = [int(np.flatnonzero(~loop.contacts[:, side])[0]) for side in (0, 1)]
     assert first[nearer] < first[1 - nearer]
-    feet = kinematics.xpos[:, list(FEET), :2]
+    feet = kinematics.xpos[:, motion.character.feet, :2]
     apart = np.linalg.norm(feet[:, 0] - feet[:, 1], axis=1)
     assert apart.min() > 0.25  # feet never come together or cross
-    hands = kinematics.xpos[:, [BODIES.index(f"{side}_hand") for side in SIDES], 2]
-    assert hands.min() > kinematics.xpos[:, BODIES.index("thorax"), 2].max()
+    hands = kinematics.xpos[:, [motion.character.segment(f"{side}_hand") for side in SIDES], 2]
+    assert hands.min() > kinematics.xpos[:, motion.character.segment("thorax"), 2].max()
 
 
 @pytest.mark.parametrize("lead", SIDES)
@@ -165,10 +165,12 @@ def test_guard_bounces_and_closes(lead):
         inside = np.abs(np.diff(velocity[n + 2 : 2 * n - 2], axis=0)).max(axis=0)
         seam = np.abs(np.diff(velocity[2 * n - 2 : 2 * n + 2], axis=0)).max(axis=0)
         assert (seam <= 1.2 * inside + 1e-3).all()
-    com = forward_kinematics(library_motion(names[0]).qpos).com[:, 2]
+    com, standing = (
+        forward_kinematics(motion.qpos, motion.character).com[:, 2]
+        for motion in (library_motion(names[0]), library_motion("stand"))
+    )
     assert 0.005 <= np.ptp(com) <= 0.03
-    standing = forward_kinematics(library_motion("stand").qpos).com[:, 2].mean()
-    assert 0.04 <= standing - com.mean() <= 0.08
+    assert 0.04 <= standing.mean() - com.mean() <= 0.08
 
 
 def test_flexion_brings_the_thigh_into_the_plane():

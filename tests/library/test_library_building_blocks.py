@@ -1,11 +1,13 @@
 """The mathematics under the built-in motions: curves, limbs, foot paths, zero-moment point, COM planning."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
 
 from simprep.character import SIDES
-from simprep.humanoid import BODIES, GRAVITY, HINGES, LEG_JOINTS, hinge_index, humanoid
+from simprep.humanoid import GRAVITY, humanoid
 from simprep.library.parts.balance import cart_table_zmp, com_from_zmp, ground_reaction
 from simprep.library.parts.feet import FootPath, Stance, foot_spheres
 from simprep.library.parts.limbs import arm_angles, leg_angles
@@ -18,7 +20,7 @@ def random_poses(count: int, seed: int = 3) -> np.ndarray:
     rng = np.random.default_rng(seed)
     low, high = humanoid().model.jnt_range[1:].T
     qpos = np.tile(humanoid().standing_qpos.copy(), (count, 1))
-    qpos[:, 7:] = low + (high - low) * rng.uniform(0.1, 0.9, (count, len(HINGES)))
+    qpos[:, 7:] = low + (high - low) * rng.uniform(0.1, 0.9, (count, len(humanoid().joints)))
     quat = rng.normal(size=(count, 4))
     qpos[:, 3:7] = quat / np.linalg.norm(quat, axis=1, keepdims=True)
     return qpos
@@ -34,16 +36,17 @@ def rotations(quat: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("side", SIDES)
 def test_leg_angles_invert_the_models_own_kinematics(side):
     qpos = random_poses(200)
-    qpos[:, 7 + hinge_index(f"{side}_knee_flexion")] = np.abs(qpos[:, 7 + hinge_index(f"{side}_knee_flexion")])
-    found = forward_kinematics(qpos)
-    foot = BODIES.index(f"{side}_foot")
+    knee = 7 + humanoid().joint(f"{side}_knee_flexion")
+    qpos[:, knee] = np.abs(qpos[:, knee])
+    found = forward_kinematics(qpos, humanoid())
+    foot = humanoid().segment(f"{side}_foot")
     angles = leg_angles(
         side, found.xpos[:, 0], rotations(found.xquat[:, 0]), found.xpos[:, foot], rotations(found.xquat[:, foot])
     )
-    columns = [7 + hinge_index(f"{side}_{joint}") for joint in LEG_JOINTS]
+    columns = 7 + humanoid().joint_indices(humanoid().groups[f"{side}_leg"])
     again = qpos.copy()
     again[:, columns] = angles
-    moved = forward_kinematics(again)
+    moved = forward_kinematics(again, humanoid())
     assert np.abs(moved.xpos[:, foot] - found.xpos[:, foot]).max() < 1e-9
     assert np.abs(rotations(moved.xquat[:, foot]) - rotations(found.xquat[:, foot])).max() < 1e-9
     # away from hip abduction of 90 deg the angles themselves are unique
@@ -57,7 +60,7 @@ def test_arm_angles_put_the_fist_at_the_point(side):
     fist = np.array([0.35, sign * 0.18, 0.1]) + rng.uniform(-0.2, 0.2, (100, 3))  # within reach
     pole = np.tile([-0.2, sign * 0.6, -1.0], (100, 1))
     qpos = np.tile(humanoid().standing_qpos.copy(), (100, 1))
-    start = 7 + hinge_index(f"{side}_shoulder_flexion")
+    start = 7 + humanoid().joint(f"{side}_shoulder_flexion")
     qpos[:, start : start + 4] = arm_angles(side, fist, pole)
     model, data = humanoid().model, mujoco.MjData(humanoid().model)
     for row, goal in zip(qpos, fist):
@@ -81,21 +84,30 @@ def test_curves_pass_their_keys_and_have_no_jump_in_acceleration():
     assert wave(fine + 3.0) == pytest.approx(wave(fine), abs=1e-9)
 
 
+FEWER_POINTS = replace(
+    humanoid(), soles=tuple((f"{side}_toe", f"{side}_ball_medial", f"{side}_heel") for side in SIDES)
+)
+"""The humanoid with other points under its soles, in another order."""
+
+
+@pytest.mark.parametrize("character", [humanoid(), FEWER_POINTS])
 @pytest.mark.parametrize("side", SIDES)
-def test_foot_rolls_over_heel_and_toe_without_slipping(side):
+def test_foot_rolls_over_heel_and_toe_without_slipping(side, character):
     path = FootPath(
         side, (Stance(0.0, 1.0, 0.3, 0.1, 0.2),),
         pitch=degrees_curve((0.0, 20), (0.3, 0), (0.5, 0), (1.0, -50)), pivot=degrees_curve((0.6, 0), (1.0, -30)),
+        character=character,
     )  # fmt: skip
     times = np.linspace(0, 1, 201)
     position, rotation, contact = path.at(times)
     assert contact.all()
-    centres, radii = foot_spheres(side)
+    centres, radii = foot_spheres(side, character)
+    heel, toe = (character.soles[SIDES.index(side)].index(f"{side}_{part}") for part in ("heel", "toe"))
     points = position[:, None] + centres @ np.swapaxes(rotation, 1, 2)
     points[..., 2] -= radii
     assert points[..., 2].min() == pytest.approx(0.0, abs=1e-12)
     assert points[..., 2].min(axis=1).max() == pytest.approx(0.0, abs=1e-12)
-    for part, frames in ((0, times < 0.3), (3, times > 0.5)):  # heel, toe
+    for part, frames in ((heel, times < 0.3), (toe, times > 0.5)):
         assert np.ptp(points[frames, part, :2], axis=0).max() < 1e-12
 
 
@@ -151,11 +163,11 @@ def test_ground_reaction_agrees_with_inverse_dynamics():
     fps, frames = 200.0, 60
     times = np.arange(frames) / fps
     model, data = humanoid().model, mujoco.MjData(humanoid().model)
-    rng = np.random.default_rng(0)
+    rng, joints = np.random.default_rng(0), len(humanoid().joints)
     qpos = np.tile(humanoid().standing_qpos.copy(), (frames, 1))
-    qpos[:, 7:] += 0.3 + 0.2 * np.sin(np.outer(times, rng.uniform(2, 8, 37)) + rng.uniform(0, 6, 37))
+    qpos[:, 7:] += 0.3 + 0.2 * np.sin(np.outer(times, rng.uniform(2, 8, joints)) + rng.uniform(0, 6, joints))
     qpos[:, :3] += 0.05 * np.sin(np.outer(times, [5.0, 6.0, 7.0]))
-    force, point = ground_reaction(forward_kinematics(qpos), fps)
+    force, point = ground_reaction(forward_kinematics(qpos, humanoid()), fps)
     for frame in range(2, frames - 2, 7):
         before, after = np.zeros(model.nv), np.zeros(model.nv)
         mujoco.mj_differentiatePos(model, before, 1 / fps, qpos[frame - 1], qpos[frame])

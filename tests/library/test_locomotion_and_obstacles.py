@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from test_built_in_motions import hands_and_knees_on_the_floor, outside, played
 
-from simprep.humanoid import BODIES, FEET, GRAVITY
+from simprep.character import SIDES
+from simprep.humanoid import GRAVITY
 from simprep.library import jump as jumps
 from simprep.library import library_entries, library_motion
 from simprep.library.parts.balance import com_from_zmp, ground_reaction, later_period
@@ -12,7 +13,6 @@ from simprep.library.walking.directions import BACKWARD, CURVE, FAST
 from simprep.motion.edit import loop_displacement, mirror, repeat
 from simprep.motion.kinematics import forward_kinematics
 
-HEAD = BODIES.index("head")
 CROWN_M = 0.16
 """Crown above the base of the head, whichever way it points."""
 
@@ -69,7 +69,7 @@ def test_curved_walk_turns_by_its_yaw_and_closes():
     turn, _ = loop_displacement(loop)
     assert np.degrees(turn) == pytest.approx(CURVE.turn_deg, abs=0.1)
     three, n = repeat(loop, 3), len(loop)
-    points = forward_kinematics(three.qpos).foot_points
+    points = forward_kinematics(three.qpos, three.character).foot_points
     for side in (0, 1):  # a stance that spans the seam does not slip
         for seam in (n, 2 * n):
             if three.contacts[seam - 3 : seam + 3, side].all():
@@ -97,7 +97,8 @@ def test_side_steps_turns_and_steps_go_where_they_say():
     turned = library_motion("turn_left").qpos[-1, 3:7]
     assert 2 * np.degrees(np.arctan2(turned[3], turned[0])) == pytest.approx(90.0, abs=0.5)
     for name, length in (("step_forward", 0.42), ("step_backward", -0.36)):
-        x = forward_kinematics(library_motion(name).qpos).xpos[:, FEET, 0]
+        motion = library_motion(name)
+        x = forward_kinematics(motion.qpos, motion.character).xpos[:, motion.character.feet, 0]
         assert x[-1] - x[0] == pytest.approx([length, length], abs=1e-6)
 
 
@@ -130,7 +131,7 @@ def test_start_and_stop_join_the_walk():
 )
 def test_duck_depth_and_time(name, drop, down):
     motion, kinematics = played(name)
-    height = kinematics.xpos[:, HEAD, 2]
+    height = kinematics.xpos[:, motion.character.segment("head"), 2]
     assert drop[0] <= height[motion.events["target"]] - height.min() <= drop[1]
     assert abs(height[motion.events["peak"]] - height.min()) < 0.01
     assert down[0] <= (motion.events["peak"] - motion.events["target"]) / 60 <= down[1]
@@ -147,7 +148,7 @@ def test_jumps_rise_as_high_and_far_as_they_say(name):
     assert 0.2 <= rise <= 0.52
     fall = np.diff(com[off + 1 : land - 1, 2], 2) * 60**2
     assert fall == pytest.approx(-GRAVITY, abs=0.05)
-    feet = kinematics.xpos[:, FEET, 0]
+    feet = kinematics.xpos[:, motion.character.feet, 0]
     assert feet[-1] - feet[0] == pytest.approx([entry.parameters["distance_m"]] * 2, abs=1e-6)
     speed = (com[land - 1, 0] - com[off + 1, 0]) * 60 / (land - off - 2)
     assert (speed > 0.7) == (name not in ("jump", "jump_high"))
@@ -165,7 +166,7 @@ def test_feet_clear_the_obstacle(style):
     assert over.any(axis=0).all()
     assert not motion.contacts[over].any()
     assert points[..., 2].min(axis=2)[over].min() > style.obstacle + 0.05
-    knees = kinematics.xpos[:, [BODIES.index("left_shank"), BODIES.index("right_shank")]]
+    knees = kinematics.xpos[:, [motion.character.segment(f"{side}_shank") for side in SIDES]]
     above = np.abs(knees[..., 0] - style.obstacle_ahead) < half
     assert knees[..., 2][above].min() > style.obstacle + 0.06
 
@@ -175,7 +176,7 @@ def test_crawls_pass_under_their_bars():
     for name in ("crawl", "crawl_low", "crawl_hands_knees"):
         motion, kinematics = played(name)
         low = slice(motion.events["low"], motion.events["rise"])
-        tops[name] = (kinematics.xpos[low, HEAD, 2] + CROWN_M).max()
+        tops[name] = (kinematics.xpos[low, motion.character.segment("head"), 2] + CROWN_M).max()
         assert np.ptp(kinematics.com[low, 0]) > 0.8
     assert tops["crawl_low"] < tops["crawl"] - 0.10
 
@@ -186,19 +187,19 @@ def test_hands_and_knees_crawl_is_diagonal_and_borne():
     speed = np.ptp(kinematics.com[low, 0]) * 60 / (low.stop - low.start)
     assert 0.28 <= speed <= 0.69  # adults on a treadmill
     moving = {
-        part: np.abs(np.gradient(kinematics.xpos[low, BODIES.index(part), 0]) * 60) > 0.3
+        part: np.abs(np.gradient(kinematics.xpos[low, motion.character.segment(part), 0]) * 60) > 0.3
         for part in ("left_hand", "right_hand", "left_shank", "right_shank")
     }
     for hand, knee in (("left_hand", "right_shank"), ("right_hand", "left_shank")):
         together = (moving[hand] & moving[knee]).sum() / (moving[hand] | moving[knee]).sum()
         assert together > 0.7
     assert not (moving["left_shank"] & moving["right_shank"]).any()
-    knees = kinematics.xpos[low][:, [BODIES.index("left_shank"), BODIES.index("right_shank")], 2]
+    knees = kinematics.xpos[low][:, [motion.character.segment(f"{side}_shank") for side in SIDES], 2]
     assert knees.min() > 0.05  # above the radius of the shank
     assert knees.min(axis=1).max() < 0.062  # one is always down
     # In diagonal support the body tips over a line and is caught by the next pair, and positions are planned, not forces: the
     # zero-moment point may leave the area of toes, knees and fists for part of a step.
-    _, zmp = ground_reaction(kinematics, motion.fps)
+    _, zmp = ground_reaction(kinematics, motion.fps, motion.character)
     distances = []
     for frame in range(1, len(motion) - 1):
         feet = kinematics.foot_points[frame][motion.contacts[frame]].reshape(-1, 3)

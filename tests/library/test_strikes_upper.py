@@ -4,7 +4,6 @@ import mujoco
 import numpy as np
 import pytest
 
-from simprep.humanoid import BODIES, hinge_index, humanoid
 from simprep.library import library_entries, library_motion
 from simprep.library.boxing.block import Block
 from simprep.library.boxing.hook import Hook
@@ -18,7 +17,6 @@ NEW = ("jab", "cross", "hook", "uppercut")
 PUNCHES = tuple(name for name in BY_NAME if name.startswith(NEW))
 BLOCKS = tuple(name for name, entry in BY_NAME.items() if entry.family == "block")
 DODGES = tuple(name for name, entry in BY_NAME.items() if entry.family == "dodge")
-HEAD, THORAX = BODIES.index("head"), BODIES.index("thorax")
 
 PEAK_SPEED_M_S = {
     # junior mean less two SD to elite mean plus two SD: 6.32 +- 0.42 and 7.16 +- 0.48 (Liu et al. 2022, PMC9798280)
@@ -39,20 +37,21 @@ BODY_EXTRA_S = 0.16
 
 def fist(motion, kinematics, side):
     """(T, 3) middle of the fist [m]."""
-    hand = BODIES.index(f"{side}_hand")
-    offset = np.array(humanoid().model.site(f"{side}_hand").pos)
+    hand = motion.character.segment(f"{side}_hand")
+    offset = np.array(motion.character.model.site(f"{side}_hand").pos)
     return kinematics.xpos[:, hand] + rotation_matrix(kinematics.xquat[:, hand]) @ offset
 
 
-def in_thorax(kinematics, point):
+def in_thorax(motion, kinematics, point):
     """(T, 3) the same point as the thorax sees it."""
-    turn = rotation_matrix(kinematics.xquat[:, THORAX])
-    return np.einsum("tji,tj->ti", turn, point - kinematics.xpos[:, THORAX])
+    thorax = motion.character.segment("thorax")
+    turn = rotation_matrix(kinematics.xquat[:, thorax])
+    return np.einsum("tji,tj->ti", turn, point - kinematics.xpos[:, thorax])
 
 
 def solved(name):
     motion = library_motion(name)
-    return motion, forward_kinematics(motion.qpos), BY_NAME[name].parameters
+    return motion, forward_kinematics(motion.qpos, motion.character), BY_NAME[name].parameters
 
 
 def test_the_upper_body_families_are_complete():
@@ -82,7 +81,7 @@ def test_punches_are_as_fast_and_as_long_as_published(name):
         assert speed[impact] > 0.7 * speed.max()
     low, high = DELIVERY_S[kind]
     assert low <= (impact - target) / motion.fps <= high + BODY_EXTRA_S * body
-    local = in_thorax(kinematics, at)
+    local = in_thorax(motion, kinematics, at)
     home = np.linalg.norm(local - local[target - 3], axis=1) < 0.05
     back = impact + int(np.argmax(home[impact:]))
     low, high = RETURN_S[kind]
@@ -94,20 +93,22 @@ def test_punches_are_as_fast_and_as_long_as_published(name):
 @pytest.mark.parametrize("name", PUNCHES)
 def test_punches_land_on_chin_and_solar_plexus_ahead(name):
     motion, kinematics, parameters = solved(name)
+    head, thorax = motion.character.segment("head"), motion.character.segment("thorax")
     target, impact = motion.events["target"], motion.events["impact"]
     point = fist(motion, kinematics, parameters["side"])[impact]
-    crown = kinematics.xpos[target, HEAD, 2] + 0.14
+    crown = kinematics.xpos[target, head, 2] + 0.14
     chin = crown - 0.204  # vertex to mid-gonion, de Leva 1996 scaled to 1.75 m
     if parameters["height"] == "head":
         assert chin - 0.07 <= point[2] <= crown  # an uppercut hits the chin from below with a fist of 4 cm radius
     else:
         # between the rim of the pelvis and the lower end of the sternum of someone in the same guard
         pelvis = kinematics.xpos[target, 0, 2]
-        assert pelvis + 0.10 <= point[2] <= kinematics.xpos[target, THORAX, 2]
+        assert pelvis + 0.10 <= point[2] <= kinematics.xpos[target, thorax, 2]
         assert kinematics.com[impact, 2] < kinematics.com[target - 3, 2] - (0.02 if "uppercut" in name else 0.08)
     assert abs(point[1]) < 0.10
-    assert point[0] > kinematics.xpos[impact, HEAD, 0] + 0.25
-    elbow = np.degrees(motion.qpos[impact : impact + 5, 7 + hinge_index(f"{parameters['side']}_elbow_flexion")])
+    assert point[0] > kinematics.xpos[impact, head, 0] + 0.25
+    joint = motion.character.joint(f"{parameters['side']}_elbow_flexion")
+    elbow = np.degrees(motion.qpos[impact : impact + 5, 7 + joint])
     if parameters["type"] in ("jab", "cross"):
         assert 15 <= elbow.min() <= 35
     else:
@@ -117,6 +118,7 @@ def test_punches_land_on_chin_and_solar_plexus_ahead(name):
 @pytest.mark.parametrize("name", PUNCHES)
 def test_punches_start_at_the_hips_and_end_at_the_fist(name):
     motion, kinematics, parameters = solved(name)
+    head = motion.character.segment("head")
     side = parameters["side"]
     target, impact = motion.events["target"], motion.events["impact"]
     # the drive: from where the pelvis starts to turn towards the punch
@@ -125,17 +127,17 @@ def test_punches_start_at_the_hips_and_end_at_the_fist(name):
     sign = towards.get((parameters["type"], side), 1)
     drive = slice(target + 4, impact + 6)
     pelvis = int((sign * velocity[drive, 5]).argmax())
-    trunk = int((sign * velocity[drive, 6 + hinge_index("thorax_rotation")]).argmax())
+    trunk = int((sign * velocity[drive, 6 + motion.character.joint("thorax_rotation")]).argmax())
     at = fist(motion, kinematics, side)
-    arm = np.linalg.norm(np.gradient(in_thorax(kinematics, at), 1 / motion.fps, axis=0), axis=1)
+    arm = np.linalg.norm(np.gradient(in_thorax(motion, kinematics, at), 1 / motion.fps, axis=0), axis=1)
     assert pelvis <= trunk <= int(arm[drive].argmax()) + 1
     assert 0 <= int(arm[drive].argmax()) - pelvis <= 9  # within 150 ms: 20 to 50 ms a link
     # the face stays on the opponent
-    ahead = rotation_matrix(kinematics.xquat[target : impact + 6, HEAD])[:, :, 0]
+    ahead = rotation_matrix(kinematics.xquat[target : impact + 6, head])[:, :, 0]
     assert np.degrees(np.arctan2(np.abs(ahead[:, 1]), ahead[:, 0])).max() < 25
     # the other hand stays up: within 20 cm of the chin's height
     other = fist(motion, kinematics, "left" if side == "right" else "right")[impact]
-    assert abs(other[2] - (kinematics.xpos[impact, HEAD, 2] - 0.06)) < 0.2
+    assert abs(other[2] - (kinematics.xpos[impact, head, 2] - 0.06)) < 0.2
 
 
 def test_straights_are_delivered_sooner_than_hooks():
@@ -152,21 +154,22 @@ def test_straights_are_delivered_sooner_than_hooks():
 @pytest.mark.parametrize("name", BLOCKS)
 def test_blocks_stand_in_time_and_stay(name):
     motion, kinematics, parameters = solved(name)
+    head, thorax = motion.character.segment("head"), motion.character.segment("thorax")
     target, impact = motion.events["target"], motion.events["impact"]
     assert 0.2 <= (impact - target) / motion.fps <= 0.3
     side = parameters["side"]
     at = fist(motion, kinematics, side)
-    elbow = kinematics.xpos[:, BODIES.index(f"{side}_forearm")]
-    local = in_thorax(kinematics, at)
+    elbow = kinematics.xpos[:, motion.character.segment(f"{side}_forearm")]
+    local = in_thorax(motion, kinematics, at)
     held = slice(impact, impact + 6)
     assert np.linalg.norm(local[held] - local[impact], axis=1).max() < 0.01
     if parameters["height"] == "high":  # the forearm upright beside the head: elbow below the chin, fist at the temple
-        assert (at[held, 2] > kinematics.xpos[held, HEAD, 2] + 0.03).all()
+        assert (at[held, 2] > kinematics.xpos[held, head, 2] + 0.03).all()
         assert (at - elbow)[impact, 2] > 0.8 * np.linalg.norm((at - elbow)[impact])
-        assert np.linalg.norm((at - kinematics.xpos[:, HEAD])[impact, :2]) < 0.28
+        assert np.linalg.norm((at - kinematics.xpos[:, head])[impact, :2]) < 0.28
     else:  # the forearm covers the ribs: elbow lower than the fist, both between pelvis and shoulder
         assert kinematics.xpos[impact, 0, 2] < elbow[impact, 2] < at[impact, 2]
-        assert at[impact, 2] < kinematics.xpos[impact, THORAX, 2] + 0.05
+        assert at[impact, 2] < kinematics.xpos[impact, thorax, 2] + 0.05
 
 
 def test_dodges_take_the_head_off_the_line():
@@ -175,7 +178,8 @@ def test_dodges_take_the_head_off_the_line():
     for name in DODGES:
         motion, kinematics, _ = solved(name)
         target, peak = motion.events["target"], motion.events["peak"]
-        head = kinematics.xpos[:, HEAD] - kinematics.xpos[target - 3, HEAD]
+        at = kinematics.xpos[:, motion.character.segment("head")]
+        head = at - at[target - 3]
         moved[name] = head
         assert 0.25 <= (peak - target) / motion.fps <= 0.47
         assert np.linalg.norm(head[peak]) > 0.10
@@ -191,13 +195,13 @@ def test_dodges_take_the_head_off_the_line():
     assert abs(peak["sway_back"][2]) < 0.06
     # the shoulder roll turns the trunk away until the front shoulder covers the chin
     motion, kinematics, _ = solved("shoulder_roll")
-    turn = rotation_matrix(kinematics.xquat[:, THORAX])[motion.events["peak"]]
+    turn = rotation_matrix(kinematics.xquat[:, motion.character.segment("thorax")])[motion.events["peak"]]
     assert np.degrees(np.arctan2(turn[1, 0], turn[0, 0])) < -60
 
 
 @pytest.mark.parametrize("name", [n for n in (*PUNCHES, *BLOCKS, *DODGES) if BY_NAME[n].parameters["side"] == "left"])
 def test_arms_do_not_pass_through_the_body(name):
-    model = humanoid().model
+    model = library_motion(name).character.model
     data = mujoco.MjData(model)
 
     def geoms(*bodies):
@@ -226,12 +230,12 @@ def test_left_and_right_are_mirror_images(name):
 def test_parameters_change_the_motion_as_they_say():
     far = StraightPunch("jab_left_head", "lead", "head", reach_m=0.60).motion()
     near = library_motion("jab_left_head")
-    tip = [fist(m, forward_kinematics(m.qpos), "left")[:, 0].max() for m in (far, near)]
+    tip = [fist(m, forward_kinematics(m.qpos, m.character), "left")[:, 0].max() for m in (far, near)]
     assert 0.01 < tip[1] - tip[0] < 0.04
     speed = []
     for turn in (60.0, 88.0):
         motion = Hook("hook_left_head", "head", turn_deg=turn).motion()
-        at = fist(motion, forward_kinematics(motion.qpos), "left")
+        at = fist(motion, forward_kinematics(motion.qpos, motion.character), "left")
         speed.append(np.linalg.norm(np.diff(at, axis=0), axis=1).max() * motion.fps)
     assert speed[1] > speed[0] + 0.5
     slow = Block("block_high_left", "high", close_s=0.35).motion()

@@ -112,7 +112,7 @@ def foot_path(
     Args:
         side: 0 left, 1 right.
         stays: of this foot.
-        channels: (T, CHANNELS) postures, for roll and pivot.
+        channels: (T, channels) postures, for roll and pivot.
         flights: (N + 1,) how long the body flies around each cut [s].
         cuts: (N + 1,) frames.
     """

@@ -20,7 +20,7 @@ from simprep.errors import SettingError
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
-FEET = ("L", "R", "F")
+FOOT_LETTERS = ("L", "R", "F")
 _REACT = {"kick": "kick", "punch": "punch"}
 FREE = ("neutral", "bwd", "fwdbwd", "down", "jump_down")
 """Ends of the names of kinds after which a fighter chooses freely; the others are in the middle of something."""
@@ -177,7 +177,10 @@ class GeneratingModel:
         """(K,) probability of each candidate's last foot given its kind and first foot."""
         kind, _, first, last = self._parts
         return np.array(
-            [self.footing.ends(KIND_NAMES[k], FEET[a]).get(FEET[b], 0.0) for k, a, b in zip(kind, first, last)]
+            [
+                self.footing.ends(KIND_NAMES[k], FOOT_LETTERS[a]).get(FOOT_LETTERS[b], 0.0)
+                for k, a, b in zip(kind, first, last)
+            ]
         )
 
     def distribution(self, own: ArrayLike, opponent: ArrayLike) -> FloatArray:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
+from simprep.character import Character
 from simprep.duel.stream.stream import DuelStream
 from simprep.duel.synthetic.generating_model import GeneratingModel, kind_table
 from simprep.duel.synthetic.perform import Performance, perform
@@ -15,7 +16,7 @@ from simprep.duel.synthetic.planned import FPS, Fighter
 from simprep.duel.synthetic.presets import SyntheticSettings
 from simprep.duel.synthetic.schedule import draw_clip
 from simprep.duel.synthetic.truth import Truth
-from simprep.humanoid import N_QPOS, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import multiply_quat
 
@@ -52,7 +53,7 @@ def make_synthetic(
         The stream with its truth.
     """
     first, second = (GeneratingModel(kind_table(temper), settings.footing) for temper in settings.tempers)
-    generators = (first, second)
+    generators, character = (first, second), humanoid()
     step = round(FPS / settings.fps)
     qpos: tuple[list[FloatArray], list[FloatArray]] = ([], [])
     contacts: tuple[list[NDArray[np.bool_]], list[NDArray[np.bool_]]] = ([], [])
@@ -64,7 +65,7 @@ def make_synthetic(
         fighters = draw_clip(settings, generators, rng)
         parts = [perform(fighter, rng) for fighter in fighters]
         for player, part in enumerate(parts):
-            qpos[player].append(_measured(part.qpos[::step], settings, rng))
+            qpos[player].append(_measured(part.qpos[::step], settings, character, rng))
             contacts[player].append(part.contacts[::step])
         missed.append(np.stack([part.missed_m[::step] for part in parts], axis=1))
         found, names = _rows(fighters, parts, clip, step, offset)
@@ -76,7 +77,14 @@ def make_synthetic(
             progress(clip + 1, settings.clips)
     name = f"{settings.name}_{seed}"
     a, b = (
-        Motion(np.concatenate(poses), settings.fps, np.concatenate(feet), name=f"{name}_{who}", source=SOURCE)
+        Motion(
+            np.concatenate(poses),
+            settings.fps,
+            np.concatenate(feet),
+            name=f"{name}_{who}",
+            source=SOURCE,
+            character=character,
+        )
         for poses, feet, who in zip(qpos, contacts, "ab")
     )
     stream = DuelStream((a, b), tuple(seams[:-1]), tuple(f"round {k + 1}" for k in range(settings.clips)), name)
@@ -118,10 +126,12 @@ def _truth(
     )  # fmt: skip
 
 
-def _measured(qpos: FloatArray, settings: SyntheticSettings, rng: np.random.Generator) -> FloatArray:
+def _measured(
+    qpos: FloatArray, settings: SyntheticSettings, character: Character, rng: np.random.Generator
+) -> FloatArray:
     """Poses with the noise of a measurement."""
     spread = np.radians(settings.joint_noise_deg)
-    noise = rng.normal(size=(len(qpos), N_QPOS - 1))
+    noise = rng.normal(size=(len(qpos), character.nv))
     sigma = settings.noise_s * settings.fps
     if sigma > 0:
         noise = gaussian_filter1d(noise, sigma, axis=0, mode="wrap")
@@ -130,6 +140,6 @@ def _measured(qpos: FloatArray, settings: SyntheticSettings, rng: np.random.Gene
     out[:, :3] += settings.root_noise_m * noise[:, :3]
     turn = Rotation.from_rotvec(spread * noise[:, 3:6]).as_quat(scalar_first=True)
     out[:, 3:7] = multiply_quat(out[:, 3:7], turn)
-    low, high = humanoid().model.jnt_range[1:].T
+    low, high = character.model.jnt_range[1:].T
     out[:, 7:] = np.clip(out[:, 7:] + spread * noise[:, 6:], low, high)
     return out

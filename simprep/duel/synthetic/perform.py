@@ -16,10 +16,11 @@ from simprep.duel.synthetic import pieces
 from simprep.duel.synthetic.footwork import Stay, foot_path, pressure_point, stays_of
 from simprep.duel.synthetic.heave import Heave, heave
 from simprep.duel.synthetic.kinds import SIDES
-from simprep.duel.synthetic.pieces import CHANNELS, FIRST_HINGE, PITCH, PIVOT, Piece, guard_posture
+from simprep.duel.synthetic.pieces import FIRST_HINGE, PITCH, PIVOT, Piece, guard_posture
 from simprep.duel.synthetic.planned import FPS, Fighter, Planned
-from simprep.humanoid import FEET, GRAVITY, LEG_JOINTS, N_QPOS, hinge_index, humanoid
+from simprep.humanoid import GRAVITY, humanoid
 from simprep.library.parts.balance import com_from_zmp
+from simprep.library.parts.limbs import leg_joints
 from simprep.library.parts.posture import trunk_rotation
 from simprep.library.parts.whole_body import JointSwing, Plan, follow_com
 from simprep.motion.curves import key_curve, minimum_jerk
@@ -46,14 +47,12 @@ DEEP_M, CLEAR_S = 0.05, 0.05
 """A swinging foot this deep in the floor leaves its own angles for its path; over which time before and after it rises [m, s]."""
 SOLE_M = 0.16
 """Ankle to toes [m]."""
-DORSIFLEXION, ROTATION = LEG_JOINTS.index("ankle_dorsiflexion"), LEG_JOINTS.index("hip_rotation")
 LEAN_S, LEAN_M = 0.10, 0.02
 """Over which time, and by how much at once, the body is held back towards a foot that is missed [s, m]."""
 PIVOT_MOST = np.radians(15)
 """A foot pivots no farther than this at once."""
 HEEL_HIGHEST = np.radians(60)
 """Pitch at which a foot stands on the tips of its toes."""
-LEG_COLUMNS = np.array([[hinge_index(f"{side}_{joint}") for joint in LEG_JOINTS] for side in SIDES])
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class Performance:
     """One fighter's clip.
 
     Attributes:
-        qpos: (T, 44) poses at 60 frames per second, without noise.
+        qpos: (T, nq) poses at 60 frames per second, without noise.
         contacts: (T, 2) supporting feet.
         variants: for every action the built-in motion it was made from, or its role.
         peaks: (N,) frame of every action's force peak.
@@ -117,12 +116,14 @@ def _yield(channels: FloatArray, missed: FloatArray, excess: FloatArray, plan: P
     The heel rises where the ankle would bend too far or the leg does not reach, the foot pivots where the hip would turn too
     far, and the body stays nearer to a foot that it misses.
     """
+    leg = plan.character.groups["left_leg"]
+    dorsiflexion, rotation = leg.index("left_ankle_dorsiflexion"), leg.index("left_hip_rotation")
     need = gaussian_filter1d(maximum_filter1d(missed, 9, axis=0), 2.0, axis=0)
-    bent = gaussian_filter1d(maximum_filter1d(np.maximum(excess[..., DORSIFLEXION], 0), 13, axis=0), 3.0, axis=0)
+    bent = gaussian_filter1d(maximum_filter1d(np.maximum(excess[..., dorsiflexion], 0), 13, axis=0), 3.0, axis=0)
     rise = np.arcsin(np.clip(1.2 * need / SOLE_M, 0, 0.7)) + bent
     pitch = channels[:, PITCH:PIVOT]
     channels[:, PITCH:PIVOT] = np.where(rise > 1e-4, np.maximum(pitch - rise, np.minimum(pitch, -HEEL_HIGHEST)), pitch)
-    turned = np.clip(excess[..., ROTATION], -PIVOT_MOST, PIVOT_MOST)
+    turned = np.clip(excess[..., rotation], -PIVOT_MOST, PIVOT_MOST)
     turn = maximum_filter1d(np.maximum(turned, 0), 25, axis=0) - maximum_filter1d(np.maximum(-turned, 0), 25, axis=0)
     channels[:, PIVOT:] += gaussian_filter1d(turn, 6.0, axis=0)
     towards = plan.foot_position[..., :2] - com[:, None, :2]
@@ -164,12 +165,13 @@ def _plan(
     rotation = np.stack([pose[1] for pose in poses], axis=1)
     contacts = np.stack([pose[2] for pose in poses], axis=1)
     zmp = pressure_point(actions, lead, position, rotation, contacts)
-    low, high = humanoid().model.jnt_range[1:].T
+    character = humanoid()
+    low, high = character.model.jnt_range[1:].T
     hinges = np.clip(channels[:, FIRST_HINGE:PITCH], low, high)
     plan = Plan(
         fps=FPS, foot_position=position, foot_rotation=rotation, contacts=contacts, zmp=zmp, com_height=course.height,
         root_rotation=trunk_rotation(heading + channels[:, 0], channels[:, 1], channels[:, 2]), hinges=hinges,
-        joint_swing=JointSwing(hinges[:, LEG_COLUMNS], swing),
+        joint_swing=JointSwing(hinges[:, leg_joints(character)], swing), character=character,
     )  # fmt: skip
     return plan, np.column_stack([com_from_zmp(zmp, course.height, FPS), course.height])
 
@@ -178,22 +180,23 @@ def _solve(plan: Plan, com: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
     """Poses within the ranges of all joints, what is missed by that, and what would have been needed.
 
     Returns:
-        (T, 44) poses; (T, 2) how far each supporting foot is from its place [m]; (T, 2, 6) by how much the hinges of
+        (T, nq) poses; (T, 2) how far each supporting foot is from its place [m]; (T, 2, 6) by how much the hinges of
         supporting legs would have to leave their ranges, signed [rad]; (T, 2) how deep each swinging foot is in the floor [m].
     """
-    qpos = np.zeros((len(com), N_QPOS))
+    character = plan.character
+    qpos = np.zeros((len(com), character.nq))
     quat = Rotation.from_matrix(plan.root_rotation).as_quat(scalar_first=True)
     flips = np.cumprod(np.concatenate([[1.0], np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0)]))
     qpos[:, 3:7] = quat * flips[:, None]
     qpos[:, 7:] = plan.hinges
     qpos[:, :3] = com - [0.0, 0.0, 0.06]
     follow_com(plan, qpos, com, TOLERANCE_M, PASSES)
-    low, high = humanoid().model.jnt_range[1:].T
+    low, high = character.model.jnt_range[1:].T
     wanted = qpos[:, 7:].copy()
     qpos[:, 7:] = np.clip(wanted, low, high)
-    kinematics = forward_kinematics(qpos)
-    missed = np.linalg.norm(kinematics.xpos[:, FEET] - plan.foot_position, axis=-1)
-    excess = (wanted - qpos[:, 7:])[:, LEG_COLUMNS]
+    kinematics = forward_kinematics(qpos, character)
+    missed = np.linalg.norm(kinematics.xpos[:, character.feet] - plan.foot_position, axis=-1)
+    excess = (wanted - qpos[:, 7:])[:, leg_joints(character)]
     dip = np.maximum(-kinematics.foot_points[..., 2].min(axis=-1), 0.0)
     return (
         qpos,
@@ -254,12 +257,12 @@ def _postures(
     total: int,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
-    """(T, CHANNELS) postures and (T, 2) share of the kicking leg's own angles."""
+    """(T, channels) postures and (T, 2) share of the kicking leg's own angles."""
     guard = guard_posture(fighter.lead)
     channels, swing = np.tile(guard, (total, 1)), np.zeros((total, 2))
-    jump = np.zeros(CHANNELS)
-    for limb in range(2):
-        jump[FIRST_HINGE + hinge_index(f"{SIDES[limb]}_shoulder_flexion")] = 0.25
+    jump, character = np.zeros_like(guard), humanoid()
+    for limb in SIDES:
+        jump[FIRST_HINGE + character.joint(f"{limb}_shoulder_flexion")] = 0.25
     for number, (action, (_, found, amplitude)) in enumerate(zip(actions, chosen)):
         part = slice(action.start, action.end)
         shares = np.arange(action.end - action.start) / (action.end - action.start)
@@ -306,11 +309,11 @@ def _postures(
                 between = (frames > stay.end * FPS) & (frames < following.start * FPS)
                 channels[:, PITCH + side] -= TOES_DOWN * minimum_jerk(np.maximum(np.maximum(rise, fall), between))
     _fade(channels, actions)
-    offset = rng.normal(0, np.radians(2.5), CHANNELS)
+    offset = rng.normal(0, np.radians(2.5), len(guard))
     keys = np.array([0, *(action.end for action in actions)]) / FPS
-    wander = key_curve(list(keys), rng.normal(0, np.radians(1.8), (len(keys), CHANNELS)))(np.arange(total) / FPS)
-    legs = np.zeros(CHANNELS, dtype=bool)
-    legs[FIRST_HINGE + LEG_COLUMNS.ravel()] = True
+    wander = key_curve(list(keys), rng.normal(0, np.radians(1.8), (len(keys), len(guard))))(np.arange(total) / FPS)
+    legs = np.zeros(len(guard), dtype=bool)
+    legs[FIRST_HINGE + leg_joints(character).ravel()] = True
     legs[PITCH:] = True
     channels[:, ~legs] += (offset + wander)[:, ~legs]
     return np.asarray(gaussian_filter1d(channels, SMOOTH_S * FPS, axis=0, mode="nearest")), swing
@@ -318,7 +321,7 @@ def _postures(
 
 def _idle(action: Planned, rng: np.random.Generator, jump: FloatArray) -> FloatArray:
     """What the posture does in the middle of an action without a piece."""
-    change = np.zeros(CHANNELS)
+    change, character = np.zeros_like(jump), humanoid()
     if action.kind.startswith("jump"):
         return jump
     size = 1.0
@@ -336,10 +339,10 @@ def _idle(action: Planned, rng: np.random.Generator, jump: FloatArray) -> FloatA
         change[1] = np.radians(-rng.uniform(1, 6))
     for name, degrees in trunk.items():
         draw = size if action.role == "hit" else float(rng.normal())
-        change[FIRST_HINGE + hinge_index(name)] += np.radians(degrees) * draw
+        change[FIRST_HINGE + character.joint(name)] += np.radians(degrees) * draw
     for side in SIDES:
-        change[FIRST_HINGE + hinge_index(f"{side}_shoulder_flexion")] += np.radians(rng.normal(0, 4))
-        change[FIRST_HINGE + hinge_index(f"{side}_elbow_flexion")] += np.radians(rng.normal(0, 5))
+        change[FIRST_HINGE + character.joint(f"{side}_shoulder_flexion")] += np.radians(rng.normal(0, 4))
+        change[FIRST_HINGE + character.joint(f"{side}_elbow_flexion")] += np.radians(rng.normal(0, 5))
     return change
 
 

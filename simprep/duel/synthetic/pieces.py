@@ -12,17 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.character import SIDES
-from simprep.humanoid import BODIES, FEET, HINGES
 from simprep.library.registry import library_motion
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import rotation_matrix
 
 FloatArray = NDArray[np.float64]
-ROOT, FIRST_HINGE = 3, 3
-PITCH, PIVOT = 3 + len(HINGES), 5 + len(HINGES)
-CHANNELS = 7 + len(HINGES)
-"""Of a posture: yaw, pitch, roll of the pelvis; hinges; pitch of the feet; pivot of the feet [rad]."""
+FIRST_HINGE, PITCH, PIVOT = 3, -4, -2
+"""Channels of a posture: yaw, pitch, roll of the pelvis; hinges; and, counted from the end, pitch of the feet and
+pivot of the feet [rad]."""
 AFTER_GUARD_S = 0.80
 """Boxing motions end this long after they are back in guard [s]."""
 THROUGH_FRAMES, LEAD_IN, LEAD_OUT = 3, 14, 10
@@ -57,7 +55,7 @@ class Piece:
 
     Attributes:
         name: of the built-in motion.
-        channels: (T, CHANNELS) posture at 60 frames per second.
+        channels: (T, channels) posture at 60 frames per second.
         out: instants of the way out, as frames: begin, lift-off (kicks), furthest point.
         back: of the way back: furthest point, touch-down (kicks), end.
         rise_m: centre of mass at the furthest point above that in guard [m].
@@ -72,7 +70,7 @@ class Piece:
     reach_m: float = 0.0
 
     def at(self, frames: FloatArray, amplitude: float = 1.0) -> FloatArray:
-        """Postures (N, CHANNELS) at frames, the way from guard scaled."""
+        """Postures (N, channels) at frames, the way from guard scaled."""
         low = np.clip(frames.astype(np.int64), 0, len(self.channels) - 2)
         weight = (frames - low)[:, None]
         posture = (1 - weight) * self.channels[low] + weight * self.channels[low + 1]
@@ -84,9 +82,11 @@ class Piece:
 def piece(name: str) -> Piece:
     """The movement of a built-in motion: a punch, kick, block or dodge."""
     motion = library_motion(name)
-    kinematics = forward_kinematics(motion.qpos, motion.character)
-    rotation = rotation_matrix(kinematics.xquat[:, [0, *FEET]])
-    channels = np.zeros((len(motion), CHANNELS))
+    character = motion.character
+    kinematics = forward_kinematics(motion.qpos, character)
+    pelvis = character.segment("pelvis")
+    rotation = rotation_matrix(kinematics.xquat[:, [pelvis, *character.feet]])
+    channels = np.zeros((len(motion), FIRST_HINGE + len(character.joints) - PITCH))
     root = rotation[:, 0]
     channels[:, 0] = np.unwrap(np.arctan2(root[:, 1, 0], root[:, 0, 0]))
     channels[:, 1] = -np.arcsin(np.clip(root[:, 2, 0], -1, 1))
@@ -105,8 +105,8 @@ def piece(name: str) -> Piece:
     limb: int | None = None
     if "kick" in name or "roundhouse" in name:
         side = SIDES.index("left" if "left" in name else "right")
-        limb = FEET[side]
-        ahead = kinematics.xpos[:, limb, 0] - kinematics.xpos[:, 0, 0]
+        limb = character.feet[side]
+        ahead = kinematics.xpos[:, limb, 0] - kinematics.xpos[:, pelvis, 0]
         furthest = peak + int(np.argmax(ahead[peak : peak + 9]))
         down = np.flatnonzero(motion.contacts[:, side])
         lift, land = int(down[down < peak].max()) + 1, int(down[down > peak].min())
@@ -115,9 +115,9 @@ def piece(name: str) -> Piece:
         furthest = peak + (THROUGH_FRAMES if "impact" in motion.events and "block" not in name else 0)
         out, back = (begin, furthest), (furthest, len(motion) - 1 - round(AFTER_GUARD_S * motion.fps))
         if "impact" in motion.events and "block" not in name:
-            limb = BODIES.index("left_hand" if "left" in name else "right_hand")
+            limb = character.segment("left_hand" if "left" in name else "right_hand")
     rise = float(kinematics.com[furthest, 2] - kinematics.com[out[0], 2])
-    stretch = np.zeros(3) if limb is None else kinematics.xpos[furthest, limb] - kinematics.xpos[furthest, 0]
+    stretch = np.zeros(3) if limb is None else kinematics.xpos[furthest, limb] - kinematics.xpos[furthest, pelvis]
     return Piece(name, channels, out, back, rise, float(np.hypot(*stretch[:2])))
 
 
@@ -128,7 +128,7 @@ def striking_distance(name: str) -> float:
 
 @lru_cache(maxsize=2)
 def guard_posture(lead: str) -> FloatArray:
-    """(CHANNELS,) guard of a boxer with a foot in front."""
+    """(channels,) guard of a boxer with a foot in front."""
     found = piece(f"jab_{lead}_head")
     return np.array(found.channels[int(found.out[0])])
 

@@ -206,7 +206,8 @@ def _solve(
     )
     qpos = solve_whole_body(plan)
     qpos[:, :2] -= qpos[0, :2]
-    return Motion(qpos, FPS, plan.contacts, name=name, source=f"simprep library: {name}", loop=True)
+    source = f"simprep library: {name}"
+    return Motion(qpos, FPS, plan.contacts, name=name, source=source, loop=True, character=plan.character)
 
 
 GUARD = Guard("guard_left_lead")

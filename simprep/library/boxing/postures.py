@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.character import SIDES
-from simprep.humanoid import BODIES
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import limb_lengths
 from simprep.library.parts.movement import (
@@ -315,7 +314,7 @@ def _point(aim: Aim, side: str, time: float, before: Motion) -> NDArray[np.float
 
 def _thorax(motion: Motion, side: str, frames: NDArray[np.intp]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Rotation of the thorax and position of a shoulder in some frames."""
-    kinematics = forward_kinematics(motion.qpos[frames])
-    thorax = BODIES.index("thorax")
+    kinematics = forward_kinematics(motion.qpos[frames], motion.character)
+    thorax = motion.character.segment("thorax")
     turn = rotation_matrix(kinematics.xquat[:, thorax])
-    return turn, kinematics.xpos[:, thorax] + turn @ limb_lengths().shoulder[SIDES.index(side)]
+    return turn, kinematics.xpos[:, thorax] + turn @ limb_lengths(motion.character).shoulder[SIDES.index(side)]

@@ -33,27 +33,27 @@ def ground_reaction(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Force and zero-moment point that a kinematic motion needs from the floor (z = 0).
 
-    Momentum and angular momentum of the 17 segments between frames, differenced again: second-order accurate.
+    Momentum and angular momentum of all segments between frames, differenced again: second-order accurate.
 
     Args:
         kinematics: of T >= 3 frames.
         fps: frames per second [1/s].
-        character: the humanoid.
+        character: the body.
 
     Returns:
         (T, 3) force [N] and (T, 2) zero-moment point [m]; the first and last frame repeat their neighbours. The point is
         NaN where the vertical force is below 5 % of the weight.
     """
     model = character.model
-    mass, inertia = model.body_mass[1:], model.body_inertia[1:]
+    mass, inertia, segments = model.body_mass[1:], model.body_inertia[1:], len(character.segments)
     x = kinematics.xipos
     rotation = Rotation.from_quat(kinematics.xquat.reshape(-1, 4), scalar_first=True)
     frame = Rotation.from_quat(np.tile(model.body_iquat[1:], (len(x), 1)), scalar_first=True)
-    axes = (rotation * frame).as_matrix().reshape(len(x), 17, 3, 3)
+    axes = (rotation * frame).as_matrix().reshape(len(x), segments, 3, 3)
     tensor = np.einsum("tbij,bj,tbkj->tbik", axes, inertia, axes)
-    matrices = rotation.as_matrix().reshape(len(x), 17, 3, 3)
+    matrices = rotation.as_matrix().reshape(len(x), segments, 3, 3)
     step = Rotation.from_matrix((matrices[1:] @ np.swapaxes(matrices[:-1], -1, -2)).reshape(-1, 3, 3))
-    spin = step.as_rotvec().reshape(-1, 17, 3) * fps
+    spin = step.as_rotvec().reshape(-1, segments, 3) * fps
     velocity = np.diff(x, axis=0) * fps
     momentum = np.einsum("b,tbi->ti", mass, velocity)
     middle = (x[1:] + x[:-1]) / 2

@@ -8,14 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
-from simprep.character import Character
-from simprep.humanoid import FOOT_GEOMS, humanoid
+from simprep.character import SIDES, Character
+from simprep.humanoid import humanoid
 from simprep.library.parts.limbs import SIGNS
 from simprep.motion.curves import Curve, constant, minimum_jerk
-from simprep.motion.kinematics import foot_geom_ids
 from simprep.motion.rotations import axis_rotation
 
-_HEEL, _TOE = FOOT_GEOMS.index("heel"), FOOT_GEOMS.index("toe")
 _DIFFERENCE_S = 1e-3  # step of the numerical derivatives at the ends of a swing
 
 
@@ -49,7 +47,7 @@ class FootPath:
             the toe, and the sphere that carries does not move.
         pivot: further toe-out in stance [rad]; only while heel or toe is up, about the point that carries.
         via: (time [s], axis 0 to 2, value [m]) points that the ankle passes in the swings.
-        character: the humanoid.
+        character: the body.
     """
 
     side: str
@@ -94,8 +92,9 @@ class FootPath:
 
     def _stance_position(self, stance: Stance, times: NDArray[np.float64]) -> NDArray[np.float64]:
         centres, _ = foot_spheres(self.side, self.character)
+        heel, toe = centres[np.argmin(centres[:, 0])], centres[np.argmax(centres[:, 0])]
         pitch = self.pitch(times)
-        pivot = np.where(pitch[:, None] > 0, centres[_HEEL], centres[_TOE])
+        pivot = np.where(pitch[:, None] > 0, heel, toe)
         flat = np.array([stance.x, stance.y, ankle_height(self.character)])
         still = flat + np.einsum("ij,tj->ti", self._rotation(np.array(stance.toe_out), np.array(0.0)), pivot)
         turned = self._rotation(stance.toe_out + self.pivot(times), pitch)
@@ -120,14 +119,14 @@ class FootPath:
 
 
 def foot_spheres(side: str, character: Character = humanoid()) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Centres (4, 3) in the foot frame and radii (4,) of a foot's spheres, in the order of `FOOT_GEOMS` [m].
+    """Centres (N, 3) in the foot frame and radii (N,) of a foot's spheres, in the order of `Character.soles` [m].
 
     Args:
         side: `left` or `right`.
-        character: the humanoid.
+        character: the body.
     """
     model = character.model
-    ids = foot_geom_ids(character)[0 if side == "left" else 1]
+    ids = character.sole_geoms[SIDES.index(side)]
     return np.array(model.geom_pos[ids]), np.array(model.geom_size[ids, 0])
 
 
@@ -135,7 +134,7 @@ def ankle_height(character: Character = humanoid()) -> float:
     """Height of the ankle centre above the floor when the foot is flat [m].
 
     Args:
-        character: the humanoid.
+        character: the body.
     """
     centres, radii = foot_spheres("left", character)
     return float((radii - centres[:, 2]).max())
@@ -147,7 +146,7 @@ def lowest_point(side: str, rotation: NDArray[np.float64], character: Character 
     Args:
         side: `left` or `right`.
         rotation: (T, 3, 3) of the foot.
-        character: the humanoid.
+        character: the body.
 
     Returns:
         (T,), negative.

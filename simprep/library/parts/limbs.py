@@ -8,6 +8,7 @@ frame before: the result is as smooth as the targets, and a stance foot is still
 from dataclasses import dataclass
 from functools import lru_cache
 
+import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,21 +44,54 @@ class LimbLengths:
 
 @lru_cache(maxsize=16)
 def limb_lengths(character: Character = humanoid()) -> LimbLengths:
-    """Lengths of a body, read from its model.
+    """Lengths of the limbs of a body in its reference pose, read from its model.
 
     Args:
-        character: stature and mass.
+        character: the body; with arms.
+
+    Raises:
+        SettingError: the character lacks a segment of the limbs.
     """
-    model = character.model
-    down = {name: -float(model.body(f"left_{name}").pos[2]) for name in ("shank", "foot", "forearm", "hand")}
+    start = character.model.body_pos[1:]
+    down = {part: -float(start[character.segment(f"left_{part}")][2]) for part in ("shank", "foot", "forearm", "hand")}
     return LimbLengths(
         thigh=down["shank"],
         shank=down["foot"],
         upper_arm=down["forearm"],
-        forearm=down["hand"] - float(model.site("left_hand").pos[2]),
-        hip=np.array([model.body(f"{side}_thigh").pos for side in SIDES]),
-        shoulder=np.array([model.body(f"{side}_upper_arm").pos for side in SIDES]),
+        forearm=down["hand"] - float(fist_middle("left", character)[2]),
+        hip=np.array([start[character.segment(f"{side}_thigh")] for side in SIDES]),
+        shoulder=np.array([start[character.segment(f"{side}_upper_arm")] for side in SIDES]),
     )
+
+
+def fist_middle(side: str, character: Character) -> NDArray[np.float64]:
+    """Middle of a fist in the hand's frame [m]: the site that bears the hand's name, else the hand's centre of mass.
+
+    Args:
+        side: `left` or `right`.
+        character: the body.
+
+    Returns:
+        (3,).
+
+    Raises:
+        SettingError: the character lacks that hand.
+    """
+    hand = character.segment(f"{side}_hand")
+    site = mujoco.mj_name2id(character.model, mujoco.mjtObj.mjOBJ_SITE, character.segments[hand])
+    return np.array(character.model.site_pos[site] if site >= 0 else character.model.body_ipos[1 + hand])
+
+
+def leg_joints(character: Character = humanoid()) -> NDArray[np.intp]:
+    """Joints of the left and right leg as indices into `Character.joints`, from the hip down.
+
+    Args:
+        character: the body, with the groups `left_leg` and `right_leg`.
+
+    Returns:
+        (2, N); our humanoid's N is 6: hip flexion, abduction, rotation, knee flexion, ankle dorsiflexion, inversion.
+    """
+    return np.array([character.joint_indices(character.groups[f"{side}_leg"]) for side in SIDES], dtype=np.intp)
 
 
 def leg_angles(
@@ -76,10 +110,10 @@ def leg_angles(
         pelvis_rotation: (T, 3, 3).
         foot_position: (T, 3) ankle centre, world [m].
         foot_rotation: (T, 3, 3).
-        character: the humanoid.
+        character: the body.
 
     Returns:
-        (T, 6) in the order of `simprep.humanoid.LEG_JOINTS` [rad].
+        (T, 6) in the order of `leg_joints` [rad].
     """
     lengths, sign = limb_lengths(character), SIGNS[side]
     hip = pelvis_position + pelvis_rotation @ lengths.hip[SIDES.index(side)]
@@ -107,7 +141,7 @@ def arm_angles(
         side: `left` or `right`.
         fist: (T, 3) in the thorax frame, x forward, y left, z up, from the base of the thorax [m].
         pole: (T, 3) direction in the thorax frame into which the elbow points.
-        character: the humanoid.
+        character: the body.
 
     Returns:
         (T, 4) shoulder flexion, abduction, rotation, elbow flexion [rad].

@@ -141,7 +141,7 @@ class JointLeg:
     """A leg that swings freely in any direction, as joint angles.
 
     Attributes:
-        angles: (T, 6) over time in the order of `simprep.humanoid.LEG_JOINTS` [rad].
+        angles: (T, 6) over time in the order of `simprep.library.parts.limbs.leg_joints` [rad].
         weight: share of these against the angles that put the foot on its path, over time, 0 to 1.
     """
 
@@ -198,6 +198,7 @@ def build_movement(movement: Movement) -> Motion:
         qpos=solve_whole_body(plan),
         fps=FPS,
         contacts=plan.contacts,
+        character=plan.character,
         events={name: round(time * FPS) for name, time in movement.events.items()},
         name=movement.name,
         source=f"simprep library: {movement.name}",

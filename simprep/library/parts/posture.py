@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.character import SIDES
-from simprep.humanoid import HINGES, hinge_index
+from simprep.character import SIDES, Character
+from simprep.humanoid import humanoid
 from simprep.motion.curves import key_curve
 from simprep.motion.rotations import axis_rotation
 
@@ -20,48 +20,63 @@ RELAXED: Pose = {
 """Arms hanging beside the body."""
 
 
-def hinge_angles(pose: Pose) -> NDArray[np.float64]:
+def hinge_angles(pose: Pose, character: Character = humanoid()) -> NDArray[np.float64]:
     """Hinge vector of a named pose; hinges not named are zero.
 
     Args:
         pose: degrees by name.
+        character: whose hinges.
 
     Returns:
-        (37,) [rad].
+        (joints,) [rad].
 
     Raises:
         UnknownNameError: no such hinge.
     """
-    out = np.zeros(len(HINGES))
+    out = np.zeros(len(character.joints))
     for name, degrees in pose.items():
         names = [f"{side}_{name[5:]}" for side in SIDES] if name.startswith("arms_") else [name]
         for one in names:
-            out[hinge_index(one)] = np.radians(degrees)
+            out[character.joint(one)] = np.radians(degrees)
     return out
 
 
-def key_poses(keys: Sequence[tuple[float, Pose]], times: NDArray[np.float64]) -> NDArray[np.float64]:
+def key_poses(
+    keys: Sequence[tuple[float, Pose]], times: NDArray[np.float64], character: Character = humanoid()
+) -> NDArray[np.float64]:
     """Hinge angles through key poses.
 
     Args:
         keys: (time [s], pose), in order of time.
         times: (T,) [s].
+        character: whose hinges.
 
     Returns:
-        (T, 37) [rad].
+        (T, joints) [rad].
+
+    Raises:
+        UnknownNameError: no such hinge.
     """
-    return key_curve([time for time, _ in keys], np.array([hinge_angles(pose) for _, pose in keys]))(times)
+    return key_curve([time for time, _ in keys], np.array([hinge_angles(pose, character) for _, pose in keys]))(times)
 
 
-def set_hinges(hinges: NDArray[np.float64], values: Mapping[str, NDArray[np.float64] | float]) -> None:
+def set_hinges(
+    hinges: NDArray[np.float64],
+    values: Mapping[str, NDArray[np.float64] | float],
+    character: Character = humanoid(),
+) -> None:
     """Write columns of a hinge array in place.
 
     Args:
-        hinges: (T, 37) [rad].
+        hinges: (T, joints) [rad].
         values: (T,) or one number per hinge name [rad].
+        character: whose hinges.
+
+    Raises:
+        UnknownNameError: no such hinge.
     """
     for name, value in values.items():
-        hinges[:, hinge_index(name)] = value
+        hinges[:, character.joint(name)] = value
 
 
 def trunk_rotation(

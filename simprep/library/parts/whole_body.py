@@ -8,14 +8,12 @@ from scipy.spatial.transform import Rotation
 
 from simprep.character import SIDES, Character
 from simprep.errors import MotionError
-from simprep.humanoid import HINGES, LEG_JOINTS, N_QPOS, hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.library.parts.balance import cart_table_zmp, com_from_zmp, ground_reaction, later_period
-from simprep.library.parts.limbs import leg_angles, limb_lengths
+from simprep.library.parts.limbs import leg_angles, leg_joints, limb_lengths
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.rotations import multiply_quat
 from simprep.motion.turns import about_vertical
-
-_LEG_COLUMNS = np.array([[7 + hinge_index(f"{side}_{joint}") for joint in LEG_JOINTS] for side in SIDES])
 
 
 @dataclass(frozen=True)
@@ -36,7 +34,7 @@ class JointSwing:
     """A leg whose joint angles are given instead of where its foot is (kicks out of the sagittal plane).
 
     Attributes:
-        angles: (T, 2, 6) hinges of the left and right leg in the order of `simprep.humanoid.LEG_JOINTS` [rad].
+        angles: (T, 2, 6) hinges of the left and right leg in the order of `leg_joints` [rad].
         weight: (T, 2) share of these angles against those that put the foot on its path, 0 to 1.
     """
 
@@ -56,13 +54,13 @@ class Plan:
         zmp: (T, 2) planned zero-moment point [m].
         com_height: (T,) [m].
         root_rotation: (T, 3, 3) of the pelvis.
-        hinges: (T, 37) of trunk and arms [rad]; those of the legs are ignored.
+        hinges: (T, joints) of trunk and arms [rad]; those of the legs are ignored.
         shift: (2,) travel per period [m] if the plan is one period of a cyclic motion, else None.
         turn: turn per period of a cyclic motion about the world's origin, before the shift, to the left [rad].
         hip_relative: feet that move with the hips; None for none.
         joint_swing: legs with given joint angles; None for none.
         passes: how often the ZMP plan is corrected for the angular momentum of the limbs.
-        character: the humanoid.
+        character: the body.
     """
 
     fps: float
@@ -92,12 +90,12 @@ def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
         plan: the plan.
 
     Returns:
-        (T, 44) qpos.
+        (T, nq) qpos.
 
     Raises:
         MotionError: a pose leaves the joint limits by more than 0.5 deg.
     """
-    qpos = np.zeros((len(plan.zmp), N_QPOS))
+    qpos = np.zeros((len(plan.zmp), plan.character.nq))
     quat = Rotation.from_matrix(plan.root_rotation).as_quat(scalar_first=True)
     flips = np.cumprod(np.concatenate([[1.0], np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0)]))
     qpos[:, 3:7] = quat * flips[:, None]
@@ -123,7 +121,7 @@ def follow_com(
 
     Args:
         plan: feet, and rotation of the pelvis.
-        qpos: (T, 44) poses, changed in place: root position and legs.
+        qpos: (T, nq) poses, changed in place: root position and legs.
         com: (T, 3) wanted COM [m].
         tolerance: largest distance from it [m].
         passes: after so many it is given up.
@@ -144,20 +142,20 @@ def follow_com(
 
 
 def _place_legs(plan: Plan, qpos: NDArray[np.float64]) -> None:
-    hips = limb_lengths(plan.character).hip
+    hips, columns = limb_lengths(plan.character).hip, 7 + leg_joints(plan.character)
     for number, side in enumerate(SIDES):
         foot = plan.foot_position[:, number]
         if plan.hip_relative is not None:
             weight = plan.hip_relative.weight[:, number, None]
             hip = qpos[:, :3] + plan.root_rotation @ hips[number]
             foot = (1 - weight) * foot + weight * (hip + plan.hip_relative.offset[:, number])
-        qpos[:, _LEG_COLUMNS[number]] = leg_angles(
+        qpos[:, columns[number]] = leg_angles(
             side, qpos[:, :3], plan.root_rotation, foot, plan.foot_rotation[:, number], plan.character
         )
         if plan.joint_swing is not None:
             weight = plan.joint_swing.weight[:, number, None]
-            qpos[:, _LEG_COLUMNS[number]] *= 1 - weight
-            qpos[:, _LEG_COLUMNS[number]] += weight * plan.joint_swing.angles[:, number]
+            qpos[:, columns[number]] *= 1 - weight
+            qpos[:, columns[number]] += weight * plan.joint_swing.angles[:, number]
 
 
 def _limb_zmp(plan: Plan, kinematics: Kinematics) -> NDArray[np.float64]:
@@ -191,8 +189,8 @@ def check_limits(qpos: NDArray[np.float64], character: Character = humanoid()) -
     """Clip hinges to their ranges, in place.
 
     Args:
-        qpos: (T, 44) poses.
-        character: the humanoid.
+        qpos: (T, nq) poses.
+        character: the body.
 
     Raises:
         MotionError: a pose leaves the joint limits by more than 0.5 deg.
@@ -202,7 +200,7 @@ def check_limits(qpos: NDArray[np.float64], character: Character = humanoid()) -
     frame, hinge = np.unravel_index(int(np.argmax(excess)), excess.shape)
     if excess[frame, hinge] > np.radians(0.5):
         raise MotionError(
-            f"frame {frame}: {HINGES[hinge]} at {np.degrees(qpos[frame, 7 + hinge]):.1f} deg; "
+            f"frame {frame}: {character.joints[hinge]} at {np.degrees(qpos[frame, 7 + hinge]):.1f} deg; "
             f"valid: {np.degrees(low[hinge]):.0f} to {np.degrees(high[hinge]):.0f}"
         )
     qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)

@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.character import SIDES
-from simprep.humanoid import hinge_index
 from simprep.library.entry import FPS
 from simprep.library.parts.balance import later_period
 from simprep.library.parts.feet import FootPath, Stance, lowest_point
@@ -97,7 +96,8 @@ def step_sequence(name: str, steps: Sequence[Step], duration: float, style: Step
     share = key_curve([begin, begin + 0.35, end - 0.35, end], [0.0, 1.0, 1.0, 0.0])(times)
     zmp = key_curve(*_pressure(steps, style, begin, end))(times)
     plan = _plan(times, steps, zmp, share, style)
-    return Motion(solve_whole_body(plan), FPS, plan.contacts, name=name, source=f"simprep library: {name}")
+    source = f"simprep library: {name}"
+    return Motion(solve_whole_body(plan), FPS, plan.contacts, name=name, source=source, character=plan.character)
 
 
 def step_cycle(
@@ -128,7 +128,8 @@ def step_cycle(
     qpos = solve_whole_body(plan)
     qpos[:, :2] -= qpos[0, :2]
     touch = {f"{step.side}_touch_down": round(step.land * FPS) for step in steps}
-    return Motion(qpos, FPS, plan.contacts, touch, name, f"simprep library: {name}", loop=True)
+    source = f"simprep library: {name}"
+    return Motion(qpos, FPS, plan.contacts, touch, name, source, loop=True, character=plan.character)
 
 
 def _plan(
@@ -147,8 +148,8 @@ def _plan(
     set_hinges(hinges, {"neck_rotation": 0.6 * look, "head_rotation": 0.4 * look, "neck_flexion": -lean})
     swing = _arm_swing(steps, times) * np.radians(style.arm_swing_deg)
     for side in SIDES:
-        name = f"{side}_shoulder_flexion"
-        set_hinges(hinges, {name: hinges[0, hinge_index(name)] - SIGNS[side] * swing})
+        hanging = np.radians(RELAXED["arms_shoulder_flexion"])
+        set_hinges(hinges, {f"{side}_shoulder_flexion": hanging - SIGNS[side] * swing})
     return Plan(
         fps=FPS,
         foot_position=np.stack([pose[0] for pose in poses], axis=1),

@@ -109,7 +109,7 @@ def _bout(style: BoutStyle) -> tuple[Motion, float, float]:
         root_rotation=turned.as_matrix(),
         hinges=(1 - share[:, None]) * hinge_angles(RELAXED) + share[:, None] * hinges,
     )
-    motion = Motion(solve_whole_body(plan), FPS, plan.contacts)
+    motion = Motion(solve_whole_body(plan), FPS, plan.contacts, character=plan.character)
     return motion, float(begin), period
 
 

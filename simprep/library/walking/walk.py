@@ -15,7 +15,7 @@ from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry
 from simprep.library.parts.feet import FootPath, Stance, lowest_point
 from simprep.library.parts.limbs import SIGNS
-from simprep.library.parts.posture import set_hinges, trunk_rotation
+from simprep.library.parts.posture import hinge_angles, set_hinges, trunk_rotation
 from simprep.library.parts.whole_body import Plan, solve_whole_body
 from simprep.motion.curves import Curve, key_curve
 from simprep.motion.motion import Motion
@@ -162,6 +162,7 @@ def walk(style: WalkStyle | None = None, name: str = "walk") -> Motion:
         qpos=qpos,
         fps=FPS,
         contacts=plan.contacts,
+        character=plan.character,
         events={"right_heel_strike": half - first, "left_heel_strike": style.frames - first},
         name=name,
         source=f"simprep library: {name}",
@@ -276,7 +277,7 @@ def com_height(phase: NDArray[np.float64], style: WalkStyle) -> NDArray[np.float
 def trunk_and_arms(
     phase: NDArray[np.float64], heading: NDArray[np.float64], style: WalkStyle
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Pelvis rotation (T, 3, 3) and hinges (T, 37) of trunk and arms over the stride.
+    """Pelvis rotation (T, 3, 3) and hinges (T, joints) of trunk and arms over the stride.
 
     Args:
         phase: (T,) strides since a left heel strike.
@@ -288,7 +289,7 @@ def trunk_and_arms(
     lean = np.radians(style.trunk_lean_deg)
     bank = -np.radians(style.bank_deg)
     root = trunk_rotation(yaw + heading, np.full(len(phase), 0.5 * lean), roll + bank)
-    hinges = np.zeros((len(phase), 37))
+    hinges = np.tile(hinge_angles({}), (len(phase), 1))
     chest_yaw = np.radians(2.4) * np.cos(2 * np.pi * (phase - 0.07))  # in the world: against the pelvis
     chest_roll = 0.15 * roll
     twist, bend = chest_yaw - yaw, roll - chest_roll  # bending is positive to the left, roll with the left side up
