@@ -32,7 +32,7 @@ HIGHER = 0.012
 """A foot that is this much higher than the other one, which stands, does not stand [m]."""
 BRIEFEST_S = 0.06
 """What is left of a stance after that is one if it lasts this long [s]."""
-ROUNDS = 4
+ROUNDS = 2
 """How often the body follows its feet and the footholds the body."""
 FOLLOW_S = 0.03
 """The body's shift is smoothed by a Gaussian of this width [s]."""

@@ -62,7 +62,7 @@ class RetargetSettings:
     arm_cost: float = 0.05
     neck_cost: float = 0.03
     iterations: int = 30
-    tolerance: float = 0.05
+    tolerance: float = 0.08
     lead: float = 0.3
 
 
@@ -110,6 +110,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.jacobian = np.zeros((len(self.base_cost), model.nv))
         self.weight = np.zeros_like(self.jacobian)
         self.bones = [ROLES.index(f"{side}_{part}") for side in SIDES for part in ("forearm", "hand")]
+        self.joints_above = [bone - 1 for bone in self.bones]
         self.mask = np.ones_like(self.jacobian)
         for number, side in enumerate(SIDES):
             hinges = [6 + character.joint(name) for name in character.groups[f"{side}_arm"]]
@@ -155,7 +156,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         current = data.xmat[self.turned].reshape(-1, 3, 3)
         turn = _rotation_vectors(current @ np.swapaxes(self.orientations, -1, -2))
         off = data.xpos[self.bodies] - self.positions
-        off[self.bones] -= off[np.array(self.bones) - 1]
+        off[self.bones] -= off[self.joints_above]
         return np.concatenate([off.ravel(), turn.ravel()])
 
     def compute_jacobian(self, configuration: Any) -> NDArray[np.float64]:
@@ -304,12 +305,15 @@ def _step(configuration: Any, task: BodyTask, floor: Floor | None) -> float:
     model = configuration.model
     objective = task.compute_qp_objective(configuration)
     rows, height = floor.rows(configuration.data) if floor else (np.empty((0, model.nv)), np.empty(0))
-    low = np.full(model.nv, -UNBOUNDED)
-    high = np.full(model.nv, UNBOUNDED)
-    low[6:], high[6:] = model.jnt_range[1:, 0] - configuration.q[7:], model.jnt_range[1:, 1] - configuration.q[7:]
-    change = _solve(objective, rows, low, np.concatenate([high, height]))
+    n, m = model.nv, len(height)
+    low, high = np.full((2, n + m), UNBOUNDED)
+    low *= -1
+    np.subtract(model.jnt_range[1:, 0], configuration.q[7:], out=low[6:n])
+    np.subtract(model.jnt_range[1:, 1], configuration.q[7:], out=high[6:n])
+    high[n:] = height
+    change = _solve(objective, rows, low, high)
     if change is None and len(rows):  # far below the floor: first back to where the linearisation holds
-        change = _solve(objective, rows[:0], low, high)
+        change = _solve(objective, rows[:0], low[:n], high[:n])
     if change is None:
         raise MotionError("inverse kinematics found no solution for a frame")
     # a full step from afar would leave the range of the linearisation
@@ -323,12 +327,10 @@ def _step(configuration: Any, task: BodyTask, floor: Floor | None) -> float:
 def _solve(
     objective: mink.Objective, rows: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> NDArray[np.float64] | None:
-    """Minimum of a quadratic programme with bounds on its variables, and rows with an upper bound after them."""
+    """Minimum of a quadratic programme with bounds on its variables, followed by those on its rows."""
     import daqp
 
-    lower = np.full(len(high), -UNBOUNDED)
-    lower[: len(low)] = low
     sense = np.zeros(len(high), dtype=np.int32)
-    x, _, status, _ = daqp.solve(objective.H, objective.c, np.ascontiguousarray(rows), high, lower, sense)
+    x, _, status, _ = daqp.solve(objective.H, objective.c, rows, high, low, sense)
     x = np.asarray(x)
-    return x if status > 0 and x.shape == low.shape and np.isfinite(x).all() else None
+    return x if status > 0 and x.shape == objective.c.shape and np.isfinite(x).all() else None
