@@ -23,7 +23,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "motion")
 
 from generated_clips import KINDS, LIMBS, generate
 from limb_errors import BAR_P95_DEG, BAR_WORST_DEG, angles_deg, limb_errors, read
-from simprep.report.record import provenance, write_json
+from simprep.report.results import provenance, save_json
 
 from simprep.errors import SimprepError
 from simprep.motion.load import import_motion
@@ -126,7 +126,7 @@ def main() -> int:
         print(f"flagged wrongly as doubtful or not: {', '.join(wrong) or 'none'}")
     if options.json:
         content = {"schema": "simprep.import_study/1", **provenance(sys.argv), "summary": summary, "clips": rows}
-        write_json(options.json, content)
+        save_json(options.json, content)
     return 0
 
 

@@ -48,7 +48,7 @@ def test_what_is_read_is_what_was_written(run: Run, tmp_path: Path) -> None:
         for name, array in other.arrays().items():
             read = one.arrays()[name]
             assert (read.dtype, read.tobytes()) == (array.dtype, np.ascontiguousarray(array).tobytes()), name
-        for name in ("fps", "events", "name", "source", "loop", "body"):
+        for name in ("fps", "events", "name", "source", "loop", "character"):
             assert getattr(one.reference, name) == getattr(other.reference, name)
         assert one.reference.qpos.tobytes() == other.reference.qpos.tobytes()
         assert one.processing == other.processing

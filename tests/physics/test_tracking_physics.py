@@ -103,7 +103,7 @@ def test_a_push_moves_the_body_and_is_reported() -> None:
     # until the feet answer, 10 N s on 75 kg
     assert np.diff(com[0] - com[1]).max() / run.timestep == pytest.approx(100 * 0.1 / 75, rel=0.35)
     with pytest.raises(SettingError, match="push on unknown body 'torso'; valid: pelvis, "):
-        track(standing(), "pd", settings=SimulationSettings(pushes=(replace(push, character="torso"),)))
+        track(standing(), "pd", settings=SimulationSettings(pushes=(replace(push, body="torso"),)))
 
 
 def test_divergence_is_reported_not_returned_as_data() -> None:
