@@ -23,10 +23,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "motion")
 
 from generated_clips import KINDS, LIMBS, generate
 from limb_errors import BAR_P95_DEG, BAR_WORST_DEG, angles_deg, limb_errors, read
-from simprep.report.results import provenance, save_json
 
 from simprep.errors import SimprepError
 from simprep.motion.load import import_motion
+from simprep.report.results import provenance, save_json
 
 PATTERNS = ("cmu/bvh/*.bvh", "cmu/asfamc/*.amc", "bandai-namco/*.bvh", "deepmimic/*.txt", "pairs/*.bvh", "faults/*.bvh")
 
