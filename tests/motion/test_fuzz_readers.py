@@ -1,6 +1,7 @@
 """Sound small files, damaged at random: every reader refuses with an error of ours or gives finite values, in little memory.
 
-The damage is drawn by hypothesis with a fixed seed, so that a run is repeatable; a failure is shrunk to its smallest case.
+The damage is drawn by hypothesis with a fixed seed; a failure is shrunk to its smallest case. hypothesis also draws constants of
+the modules loaded so far, so the cases differ between a run of this file alone and one after other tests.
 """
 
 import io
