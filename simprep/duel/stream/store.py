@@ -6,7 +6,7 @@ from typing import Any
 from simprep.archive import open_archive, write_archive
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MotionFileError
-from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, humanoid
+from simprep.humanoid import MODEL_NAME, MODEL_VERSION, humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.store import read_poses
 
@@ -25,13 +25,17 @@ def save_stream(stream: DuelStream, path: str | Path) -> Path:
         The path written.
 
     Raises:
-        MotionFileError: it cannot be written.
+        MotionFileError: it cannot be written, or a player is not our humanoid, the only one that the file can name.
     """
+    own = humanoid()
+    for player, motion in zip(PLAYERS, stream.players):
+        if (motion.character.name, motion.character.joints) != (own.name, own.joints):
+            raise MotionFileError(path, f"player {player} is {motion.character}; the file holds {own.name} only")
     header = {
         "schema": SCHEMA,
         "model": MODEL_NAME,
         "model_version": MODEL_VERSION,
-        "hinges": HINGES,
+        "hinges": own.joints,
         "name": stream.name,
         "fps": stream.fps,
         "seams": stream.seams,
@@ -66,7 +70,7 @@ def read_stream(path: str | Path) -> DuelStream:
     """
     with open_archive(path, "two-person stream", SCHEMA, _HINTS) as (header, archive):
         model = (header["model"], header["model_version"])
-        if model != (MODEL_NAME, MODEL_VERSION) or tuple(header["hinges"]) != HINGES:
+        if model != (MODEL_NAME, MODEL_VERSION) or tuple(header["hinges"]) != humanoid().joints:
             raise MotionFileError(
                 path, f"poses of model {model[0]!r} version {model[1]!r}; valid: {MODEL_NAME!r} version {MODEL_VERSION}"
             )
