@@ -30,8 +30,8 @@ Array = NDArray[np.float64]
 LEAST_SPEED = 0.2
 """Closing speed below which a source counts as approached this slowly, so that one left behind still has a time [m/s]."""
 LEAST_TIME_S = 0.05
-_TILT, _FEET = 2, 2
-"""Leading and trailing parts of a style vector: tilt; then heights of the soles, and contacts."""
+_TILT, _PAIR = 2, 2
+"""Numbers at the ends of a style vector: first the tilt; last one for each foot, twice (heights, contacts)."""
 
 
 @dataclass(frozen=True)
@@ -162,7 +162,7 @@ def mixed_style(styles: Sequence[Style], weights: ArrayLike, power: float = 2.0)
     share = np.asarray(weights, dtype=np.float64) / np.sum(weights)
     vectors = np.stack([style_vector(style) for style in styles])
     mean = share @ vectors
-    angles = vectors.shape[1] - 2 * _FEET
+    angles = vectors.shape[1] - 2 * _PAIR
     mean[:angles] = expected_posture(vectors[:, :angles], share, power)
     return style_from_vectors(mean)
 
@@ -175,7 +175,7 @@ def style_vector(style: Style) -> Array:
 
 def style_from_vectors(vectors: Array) -> Style:
     """Inverse of `style_vector`, for one (D,) or many (T, D)."""
-    tilt, hinges, soles, contacts = np.split(vectors, [_TILT, -2 * _FEET, -_FEET], axis=-1)
+    tilt, hinges, soles, contacts = np.split(vectors, [_TILT, -2 * _PAIR, -_PAIR], axis=-1)
     quat = join_heading(np.zeros(tilt.shape[:-1]), tilt)
     qpos = np.concatenate([np.zeros((*tilt.shape[:-1], 3)), quat, hinges], axis=-1)
     return Style(qpos, soles, contacts > 0.5)

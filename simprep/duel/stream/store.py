@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from simprep.archive import open_archive, write_archive
+from simprep.character import Character
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MotionFileError
 from simprep.humanoid import MODEL_NAME, MODEL_VERSION, humanoid
@@ -27,15 +28,14 @@ def save_stream(stream: DuelStream, path: str | Path) -> Path:
     Raises:
         MotionFileError: it cannot be written, or a player is not our humanoid, the only one that the file can name.
     """
-    own = humanoid()
     for player, motion in zip(PLAYERS, stream.players):
-        if (motion.character.name, motion.character.joints) != (own.name, own.joints):
-            raise MotionFileError(path, f"player {player} is {motion.character}; the file holds {own.name} only")
+        if not _is_ours(motion.character):
+            raise MotionFileError(path, f"player {player} is {motion.character}; the file holds {MODEL_NAME} only")
     header = {
         "schema": SCHEMA,
         "model": MODEL_NAME,
         "model_version": MODEL_VERSION,
-        "hinges": own.joints,
+        "hinges": stream.players[0].character.joints,
         "name": stream.name,
         "fps": stream.fps,
         "seams": stream.seams,
@@ -76,6 +76,13 @@ def read_stream(path: str | Path) -> DuelStream:
             )
         first, second = (_player(header, archive, number) for number in range(2))
         return DuelStream((first, second), tuple(header["seams"]), tuple(header["clips"]), header["name"])
+
+
+def _is_ours(character: Character) -> bool:
+    """Whether stature and mass say all about a character, as the file does."""
+    if character.name != MODEL_NAME or character.height_m is None or character.mass_kg is None:
+        return False
+    return character == humanoid(character.height_m, character.mass_kg)
 
 
 def _player(header: dict[str, Any], archive: Any, number: int) -> Motion:
