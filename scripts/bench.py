@@ -112,7 +112,7 @@ def simulation_rate(threads: int) -> float:
     control = np.zeros((SIMULATIONS, SIMULATION_STEPS, model.nu))
 
     def work() -> float:
-        qpos[:] = humanoid().standing_qpos.copy()
+        qpos[:] = humanoid().standing_qpos
         batch.bind("qvel")[:] = 0.0
         batch.rollout(SIMULATION_STEPS, control=control, control_spec=mujoco.mjtState.mjSTATE_CTRL, record=("qpos",))
         return float(SIMULATIONS * SIMULATION_STEPS)
@@ -166,7 +166,7 @@ def measure(file: Path | None) -> dict[str, float]:
     poses = np.resize(walk.qpos, (5000, walk.qpos.shape[1]))
     numbers = {
         "import_fps": import_rate(file),
-        "fk_fps": best_rate(lambda: float(len(forward_kinematics(poses).com))),
+        "fk_fps": best_rate(lambda: float(len(forward_kinematics(poses, walk.character).com))),
         "preparation_fps": best_rate(lambda: float(len(prepare(walk, punch, alpha).motion))),
         "runtime_fps": runtime_rate(True),
         "runtime_plain_fps": runtime_rate(False),

@@ -16,7 +16,6 @@ from experiments.cases import Experiment, Setting
 from experiments.report import main
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.task import Task
-from simprep.humanoid import BODIES
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.preparation.reference_posture import reference_posture
@@ -29,8 +28,8 @@ STOPS_M = 0.35
 
 def reach(kick: Motion) -> tuple[float, float]:
     """How far before the root at the launch, and how high, the foot is at impact [m]."""
-    foot = BODIES.index("right_foot")
-    impact = forward_kinematics(kick.qpos[kick.events["impact"]][None]).xpos[0, foot]
+    foot = kick.character.segment("right_foot")
+    impact = forward_kinematics(kick.qpos[kick.events["impact"]][None], kick.character).xpos[0, foot]
     start = kick.qpos[reference_posture(kick).frame]
     return float(impact[0] - start[0]), float(impact[2])
 

@@ -212,6 +212,37 @@ class Character:
         return self.segment("left_foot"), self.segment("right_foot")
 
     @cached_property
+    def parts(self) -> tuple[str, ...]:
+        """Part of the body of each segment: its role, or that of the nearest segment towards the root; else `pelvis`."""
+        role_of = {name: role for role, name in self.roles.items()}
+        found: list[str] = []
+        for index, name in enumerate(self.segments):  # a parent comes before its children
+            parent = int(self.model.body_parentid[index + 1]) - 1
+            found.append(role_of.get(name) or (found[parent] if parent >= 0 else "pelvis"))
+        return tuple(found)
+
+    @cached_property
+    def mirror_segments(self) -> IntArray:
+        """Segment on the other side (segments,), as `mirror` exchanges their joints; itself without joints."""
+        found = np.arange(len(self.segments), dtype=np.intp)
+        for joint, other in enumerate(self.mirror_map[0]):
+            found[self.model.jnt_bodyid[joint + 1] - 1] = self.model.jnt_bodyid[other + 1] - 1
+        return found
+
+    def group(self, name: str) -> tuple[str, ...]:
+        """Joints of a group.
+
+        Args:
+            name: of the group.
+
+        Raises:
+            UnknownNameError: no such group.
+        """
+        if name not in self.groups:
+            raise UnknownNameError(f"group of joints of {self.name}", name, self.groups)
+        return self.groups[name]
+
+    @cached_property
     def upper_joints(self) -> IntArray:
         """Indices of the joints of the upper body."""
         return self.joint_indices(self.upper)

@@ -12,7 +12,6 @@ from scipy.ndimage import gaussian_filter1d
 from simprep.character import SIDES
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError
-from simprep.humanoid import BODIES
 from simprep.motion.kinematics import Kinematics
 from simprep.motion.rotations import wrap_angle
 
@@ -129,9 +128,10 @@ def stream_track(
         after: frame after the last; None for all.
     """
     joints = np.stack([player.xpos[first:after] for player in kinematics], axis=1)
-    hips, shoulders = ([BODIES.index(f"{side}_{part}") for side in SIDES] for part in ("thigh", "upper_arm"))
+    index = stream.players[0].character.segment
+    hips, shoulders = ([index(f"{side}_{part}") for side in SIDES] for part in ("thigh", "upper_arm"))
     heading = trunk_heading(joints[:, :, hips], joints[:, :, shoulders])
-    return pair_track(joints, joints[:, :, 0], heading, tuple(BODIES.index(name) for name in ENDS), stream.fps)
+    return pair_track(joints, joints[:, :, 0], heading, tuple(index(name) for name in ENDS), stream.fps)
 
 
 def reach(track: PairTrack) -> FloatArray:

@@ -2,8 +2,8 @@
 
 An edge joins frames of two motions whose bodies are nearest, in position and velocity, after the two are aligned in plan and
 heading, among frames in which the same feet support; local minima of that distance are kept (Kovar et al. 2002, whose
-point clouds are here the 17 joints). Core nodes are joined with each other, with the part of a target before its target
-movement, and with the part after its last event.
+point clouds are here the origins of the segments). Core nodes are joined with each other, with the part of a target before
+its target movement, and with the part after its last event.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -32,8 +32,8 @@ class GraphSettings:
     """What counts as a transition.
 
     Attributes:
-        threshold: largest distance of a transition [m]: root mean square over the 17 joints of the position difference, with
-            the velocity difference times 0.1 s as a further coordinate. 0.2 m lets a walk end in quiet standing.
+        threshold: largest distance of a transition [m]: root mean square over the segments of their origins' position difference,
+            with the velocity difference times 0.1 s as a further coordinate. 0.2 m lets a walk end in quiet standing.
         apart: least time between two transitions of the same pair of motions, in either of them [s].
         fps: frame rate at which the motions are compared and frames are counted [1/s].
 
@@ -200,7 +200,7 @@ def pose_features(motion: Motion) -> Array:
         motion: a loop's first and last frames see each other as neighbours.
 
     Returns:
-        (T, 102) [m]: positions and 0.1 s times velocities of the 17 joints, aligned in plan and heading, over sqrt(17).
+        (T, 6 S) [m]: positions and 0.1 s times velocities of the S segments, aligned in plan and heading, over sqrt(S).
     """
     n = len(motion)
     if motion.loop:

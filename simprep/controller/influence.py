@@ -30,7 +30,8 @@ Array = NDArray[np.float64]
 LEAST_SPEED = 0.2
 """Closing speed below which a source counts as approached this slowly, so that one left behind still has a time [m/s]."""
 LEAST_TIME_S = 0.05
-_STYLE_SIZE = 2 + 37 + 2 + 2
+_TILT, _PAIR = 2, 2
+"""Numbers at the ends of a style vector: first the tilt; last one for each foot, twice (heights, contacts)."""
 
 
 @dataclass(frozen=True)
@@ -161,19 +162,20 @@ def mixed_style(styles: Sequence[Style], weights: ArrayLike, power: float = 2.0)
     share = np.asarray(weights, dtype=np.float64) / np.sum(weights)
     vectors = np.stack([style_vector(style) for style in styles])
     mean = share @ vectors
-    mean[:39] = expected_posture(vectors[:, :39], share, power)
+    angles = vectors.shape[1] - 2 * _PAIR
+    mean[:angles] = expected_posture(vectors[:, :angles], share, power)
     return style_from_vectors(mean)
 
 
 def style_vector(style: Style) -> Array:
-    """A single style as numbers that can be averaged: root tilt (2), hinges (37), sole heights (2), contacts (2)."""
+    """A single style as numbers that can be averaged: root tilt (2), hinges, sole heights (2), contacts (2)."""
     _, tilt = split_heading(style.qpos[3:7])
     return np.concatenate([tilt, style.qpos[7:], style.sole_height, style.contacts.astype(np.float64)])
 
 
 def style_from_vectors(vectors: Array) -> Style:
-    """Inverse of `style_vector`, for one (43,) or many (T, 43)."""
-    tilt, hinges, soles, contacts = np.split(vectors, [2, 39, 41], axis=-1)
+    """Inverse of `style_vector`, for one (D,) or many (T, D)."""
+    tilt, hinges, soles, contacts = np.split(vectors, [_TILT, -2 * _PAIR, -_PAIR], axis=-1)
     quat = join_heading(np.zeros(tilt.shape[:-1]), tilt)
     qpos = np.concatenate([np.zeros((*tilt.shape[:-1], 3)), quat, hinges], axis=-1)
     return Style(qpos, soles, contacts > 0.5)

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.character import Character
 from simprep.duel.labels.annotations import Annotations
 from simprep.duel.labels.labelling import LabelResult, label_stream, propose, stream_features, train_labels
 from simprep.duel.labels.labels import ASPECTS, LEARNED_ASPECTS, QUALIFIERS, decode
@@ -126,12 +127,14 @@ def analyse(
         assert match is not None
         share = settings.annotated
         if settings.proposed:
-            annotations = annotate_as_proposed(truth, match, share, features)
+            annotations = annotate_as_proposed(truth, match, share, features, stream.players[0].character)
         else:
             annotations = annotate_from_truth(truth, match, share, rng)
     rows = annotations.rows
     labels = label_stream(stream, used, rows, annotations.qualifiers, features=features)
-    scores = cross_validate(features[rows], annotations.qualifiers, rng) if len(rows) >= 4 else {}
+    scores = {}
+    if len(rows) >= 4:
+        scores = cross_validate(features[rows], annotations.qualifiers, stream.players[0].character, rng)
     clock.begin("structures")
     player, start, end, clip = table.T
     graph = couple(link_actions(player, start, end, labels.codes, clip))
@@ -301,7 +304,9 @@ def annotate_from_truth(truth: Truth, match: IntArray, share: float, rng: np.ran
     return Annotations(rows, truth.qualifiers[match[rows]])
 
 
-def annotate_as_proposed(truth: Truth, match: IntArray, share: float, features: NDArray[np.float64]) -> Annotations:
+def annotate_as_proposed(
+    truth: Truth, match: IntArray, share: float, features: NDArray[np.float64], character: Character
+) -> Annotations:
     """What a person would have annotated who follows the proposals (`labelling.propose`), a tenth of them at a time.
 
     Args:
@@ -309,6 +314,7 @@ def annotate_as_proposed(truth: Truth, match: IntArray, share: float, features: 
         match: (S,) row of the truth for each action, or -1; those are passed over.
         share: of all actions.
         features: (S, F) of all actions.
+        character: whose actions they are.
     """
     wrong = np.flatnonzero(match < 0)
     count = max(2, round(share * len(match)))
@@ -316,7 +322,7 @@ def annotate_as_proposed(truth: Truth, match: IntArray, share: float, features: 
     while len(rows) < min(count, len(match) - len(wrong)):
         margins = None
         if len(rows):
-            margins = train_labels(features[rows], truth.qualifiers[match[rows]]).predict(features)[1]
+            margins = train_labels(features[rows], truth.qualifiers[match[rows]], character).predict(features)[1]
         wanted = min(max(2, count // ROUNDS), count - len(rows))
         rows = np.concatenate([rows, propose(features, np.concatenate([rows, wrong]), margins, wanted)])
     rows = np.sort(rows)

@@ -29,8 +29,8 @@ class Balance:
         time: (n,) seconds from the first frame.
         com: (n, 3) centre of mass [m].
         support_centre: (n, 2) centre of the support polygon on the floor [m].
-        foot_points: (n, 8, 2) foot points on the floor, left then right [m].
-        support: (n, 8) which of them support.
+        foot_points: (n, 2 N, 2) foot points on the floor, left then right [m].
+        support: (n, 2 N) which of them support.
         com_cos: (n,) COM to centre of support on the floor [m].
         com_to_edge: (n,) COM to the polygon's edge, positive inside [m].
         xcom: (n, 2) extrapolated centre of mass [m].

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from simprep.character import Character
 from simprep.motion.contacts import stances
-from simprep.motion.kinematics import foot_geom_ids, forward_kinematics
+from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 
 SLIP_HZ = 60.0
@@ -81,7 +81,7 @@ def foot_slip(motion: Motion) -> FootSlip:
 
     Every interval with the foot in contact at both ends counts, but for the first and last 1/60 s of a stance, sampled
     at about 60 Hz (every k-th frame, so that noise does not add up with the frame rate). The carrying points are those
-    of the four foot spheres at most 5 mm above the foot's lowest; their slip (`sphere_slip`) is averaged. Rolling
+    of the spheres under a foot at most 5 mm above the foot's lowest; their slip (`sphere_slip`) is averaged. Rolling
     from heel over ball to toe is not slip. It captures sliding and pivoting; it hides the very moments of touch-down
     and lift-off, which contact rule set the flags, and a foot that hovers.
 
@@ -92,11 +92,11 @@ def foot_slip(motion: Motion) -> FootSlip:
         FootSlip.
     """
     model = motion.character.model
-    feet = foot_geom_ids(motion.character)
+    feet = motion.character.sole_geoms
     stride = max(1, round(motion.fps / SLIP_HZ))
     centres, rotations = _foot_frames(motion.qpos[::stride], motion.character)
     radius = model.geom_size[feet, 0]
-    slip = sphere_slip(centres, rotations[:, :, None], radius)  # (n - 1, 2, 4)
+    slip = sphere_slip(centres, rotations, radius)  # (n - 1, 2, N)
     bottom = centres[..., 2] - radius
     height = (bottom[1:] + bottom[:-1]) / 2
     carrying = height <= height.min(axis=2, keepdims=True) + CARRYING_HEIGHT_M
@@ -125,7 +125,7 @@ def stance_drift(motion: Motion) -> NDArray[np.float64]:
     """How far each stance slides from its first third to its last: the net way of the foot's stillest point.
 
     `foot_slip` adds up every millimetre of a path, so measurement noise of a few millimetres per frame (a third of
-    a degree in every joint) looks like decimetres of skating; here it averages out. Of the four spheres of a foot the
+    a degree in every joint) looks like decimetres of skating; here it averages out. Of the points of a sole the
     one that moves least counts, so neither rolling from heel to toe nor pivoting is drift. Hides sliding there and
     back within a stance.
 
@@ -169,7 +169,7 @@ def slip_ratio(simulated: FootSlip, reference: FootSlip) -> float:
 def floor_penetration(motion: Motion) -> NDArray[np.float64]:
     """Deepest point of any colliding geom below the floor z = 0, per frame.
 
-    Exact for the spheres and capsules that the humanoid collides with. Hides self-penetration and obstacles.
+    Exact for spheres and capsules, which our humanoid collides with. Hides self-penetration and obstacles.
 
     Returns:
         (T,) depth [m], 0 or more.
@@ -192,14 +192,14 @@ def floor_penetration(motion: Motion) -> NDArray[np.float64]:
 def _foot_frames(qpos: NDArray[np.float64], character: Character) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     model = character.model
     data = mujoco.MjData(model)
-    feet = foot_geom_ids(character)
-    bodies = model.geom_bodyid[feet[:, 0]]
-    centres, rotations = np.empty((len(qpos), *feet.shape, 3)), np.empty((len(qpos), 2, 3, 3))
+    feet = character.sole_geoms
+    bodies = model.geom_bodyid[feet]
+    centres, rotations = np.empty((len(qpos), *feet.shape, 3)), np.empty((len(qpos), *feet.shape, 3, 3))
     for frame in range(len(qpos)):
         data.qpos[:] = qpos[frame]
         mujoco.mj_kinematics(model, data)
         centres[frame] = data.geom_xpos[feet]
-        rotations[frame] = data.xmat[bodies].reshape(2, 3, 3)
+        rotations[frame] = data.xmat[bodies].reshape(*feet.shape, 3, 3)
     return centres, rotations
 
 

@@ -77,9 +77,9 @@ class SmoothMotion:
 
     Attributes:
         time: (n,) seconds from the first frame.
-        qpos: (n, 44) low-passed poses.
-        qvel: (n, 43) velocities in MuJoCo's convention (root rotation in the body frame).
-        qacc: (n, 43) accelerations, the time derivative of qvel's components.
+        qpos: (n, nq) low-passed poses.
+        qvel: (n, nv) velocities in MuJoCo's convention (root rotation in the body frame).
+        qacc: (n, nv) accelerations, the time derivative of qvel's components.
         contacts: (n, 2) foot contacts of the nearest frame.
     """
 

@@ -18,10 +18,10 @@ def every(rate: float, wanted: float) -> int:
 
 
 def body_positions(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Origins of the 17 bodies, simulated and reference, at about 60 Hz.
+    """Origins of all segments, simulated and reference, at about 60 Hz.
 
     Returns:
-        simulated (n, 17, 3) [m], reference (n, 17, 3) [m], and their rate [1/s].
+        simulated (n, segments, 3) [m], reference (n, segments, 3) [m], and their rate [1/s].
     """
     stride = every(1 / run.timestep, _STATES_HZ)
     body = run.reference.character
@@ -34,14 +34,14 @@ def position_errors(simulated: NDArray[np.float64], reference: NDArray[np.float6
     """Mean joint position errors over frames and bodies, root-relative and global.
 
     - `g_mpjpe_mm`: world positions. Captures drift as well as pose; a perfect walk half a metre astray scores 500.
-    - `mpjpe_mm`: after subtracting each pose's own root position (the pelvis, itself one of the 17 with error 0;
+    - `mpjpe_mm`: after subtracting each pose's own root position (the pelvis, itself one of the segments, with error 0;
       headings are not aligned, as is standard). Captures the pose; hides drift and falling straight down. Distal errors
       weigh as much as proximal.
-    - `max_body_distance_mm`: largest over time of the mean distance of the 17 bodies, which `success` bounds by 500.
+    - `max_body_distance_mm`: largest over time of the mean distance of all segments, which `success` bounds by 500.
 
     Args:
-        simulated: (n, 17, 3) [m].
-        reference: (n, 17, 3) [m].
+        simulated: (n, segments, 3) [m].
+        reference: (n, segments, 3) [m].
 
     Returns:
         The numbers by name.
@@ -62,8 +62,8 @@ def derivative_errors(simulated: NDArray[np.float64], reference: NDArray[np.floa
     timing that position errors forgive; at 30 Hz they hide vibration above 15 Hz.
 
     Args:
-        simulated: (n, 17, 3) [m].
-        reference: (n, 17, 3) [m].
+        simulated: (n, segments, 3) [m].
+        reference: (n, segments, 3) [m].
         rate: samples per second [1/s].
 
     Returns:
@@ -105,9 +105,9 @@ def effort(
       pay for holding still and get little back from negative work: neither is metabolic cost.
 
     Args:
-        torque: (N, 37) servo torques [N m].
-        torque_limit: (37,) [N m].
-        hinge_velocity: (N + 1, 37) at the states before and after each step [rad/s].
+        torque: (N, joints) servo torques [N m].
+        torque_limit: (joints,) [N m].
+        hinge_velocity: (N + 1, joints) at the states before and after each step [rad/s].
         timestep: [s].
 
     Returns:

@@ -28,11 +28,11 @@ def transition_peaks(
     - `peak_torque_nm`, `peak_torque_share`: largest servo torque and largest share of a limit (simulated runs only).
 
     Args:
-        hinges: (T, 37) hinge angles [rad].
+        hinges: (T, joints) hinge angles [rad].
         fps: [1/s].
         launch_s: time of the launch from the first frame [s].
-        torque: (T - 1, 37) servo torques of the steps between the frames [N m]; None for a kinematic motion.
-        torque_limit: (37,) [N m], with `torque`.
+        torque: (T - 1, joints) servo torques of the steps between the frames [N m]; None for a kinematic motion.
+        torque_limit: (joints,) [N m], with `torque`.
 
     Returns:
         The numbers by name; NaN where the window is not wholly inside the motion (a fall must not look gentle) or has

@@ -4,7 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import HINGES, UPPER_BODY_HINGES, hinge_index
+from simprep.character import Character
+from simprep.errors import UnknownNameError
 from simprep.motion.rotations import multiply_quat, wrap_angle
 from simprep.motion.turns import about_vertical
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -36,26 +37,33 @@ def blending_weight(alpha: Array | float, curvature: Array | float, curve: str =
     return np.asarray(np.where(c == 1.0, straight, weight))  # bit-exact line: no rounding by 1 - (1 - a)
 
 
-def joint_weights(alpha: Array, settings: PreparationSettings = DEFAULT_SETTINGS) -> tuple[Array, Array]:
+def joint_weights(
+    alpha: Array, character: Character, settings: PreparationSettings = DEFAULT_SETTINGS
+) -> tuple[Array, Array]:
     """Blending weights of the root and of every hinge.
 
     Args:
         alpha: (T,) levels of preparation.
+        character: whose hinges they are.
         settings: curve and C of each joint.
 
     Returns:
         root: (T,) weight of the root.
-        hinges: (T, 37) weight of each hinge.
+        hinges: (T, joints) weight of each hinge.
+
+    Raises:
+        UnknownNameError: a curvature is set for a joint that the character lacks.
     """
-    upper = len(UPPER_BODY_HINGES)
-    c = np.full(len(HINGES), settings.curvature_lower)
-    c[:upper] = settings.curvature_upper
+    c = np.full(len(character.joints), settings.curvature_lower)
+    c[character.upper_joints] = settings.curvature_upper
     c_root = settings.curvature_lower
     for name, value in settings.curvature.items():
         if name == "root":
             c_root = value
+        elif name in character.joints:
+            c[character.joint(name)] = value
         else:
-            c[hinge_index(name)] = value
+            raise UnknownNameError("joint", name, ("root", *character.joints))
     return (
         blending_weight(alpha, c_root, settings.curve),
         blending_weight(np.asarray(alpha)[:, None], c, settings.curve),
@@ -66,12 +74,12 @@ def blend_hinges(locomotion: Array, reference: Array, weight: Array) -> Array:
     """Linear blend of Euler joint angles, q = (1 - w) q_L + w q_Tp (paper, Eq. 2).
 
     Args:
-        locomotion: (T, 37) hinge angles [rad].
-        reference: (37,) hinge angles of the reference posture [rad].
-        weight: (T, 37).
+        locomotion: (T, joints) hinge angles [rad].
+        reference: (joints,) hinge angles of the reference posture [rad].
+        weight: (T, joints).
 
     Returns:
-        (T, 37); exactly `locomotion` where the weight is 0 and `reference` where it is 1.
+        (T, joints); exactly `locomotion` where the weight is 0 and `reference` where it is 1.
     """
     return np.asarray((1 - weight) * locomotion + weight * reference)
 

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from simprep.character import SIDES, Character
-from simprep.humanoid import BODIES, FEET, FOOT_GEOMS, humanoid
 from simprep.motion.contacts import stances
 from simprep.motion.curves import dying_away, minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -31,7 +30,7 @@ _DEEP_M = 0.0005
 _FAR_M = 0.002
 _ASTRAY_M = 1e-4  # the point that carries a standing foot is missed by more than this
 _STEEP = 0.5
-_PIVOT = np.array([{"heel": 1e-3, "toe": 1.0}.get(part, 0.03) for part in FOOT_GEOMS])
+_HEEL_PIVOTS, _BALL_PIVOTS, _TOE_PIVOTS = 1e-3, 0.03, 1.0  # how much a carrying point takes part in a pivot
 
 
 @dataclass(frozen=True)
@@ -62,7 +61,7 @@ class Planted:
     """A motion whose supporting feet stand still.
 
     Attributes:
-        qpos: (T, 44).
+        qpos: (T, nq).
         foot_error: (T, 2) distance of each ankle from where it should be, supporting or not [m].
         pelvis_drop: (T,) how far the pelvis was lowered so that the legs reach [m].
         kinematics: of `qpos`.
@@ -83,7 +82,7 @@ def plant_feet(
     weight: Array,
     reference_height: Array,
     fps: float,
-    character: Character = humanoid(),
+    character: Character,
     settings: PreparationSettings = DEFAULT_SETTINGS,
     start: Array | None = None,
     standing: Standing = _AS_EVER,
@@ -91,13 +90,13 @@ def plant_feet(
     """Move the legs (and lower the pelvis where they cannot reach) so that supporting feet stay put.
 
     Args:
-        qpos: (T, 44) the motion to correct.
+        qpos: (T, nq) the motion to correct.
         source: kinematics of the motion it was made from, whose contacts these are; None: of `qpos` itself.
         contacts: (T, 2) supporting feet.
         weight: (T,) how far `qpos` is from the source: 0 = it is the source, 1 = nothing of it is left.
         reference_height: (2,) or (T, 2) height of each sole above the floor at weight 1 [m].
         fps: frames per second [1/s].
-        character: the humanoid.
+        character: whose poses they are.
         settings: times and clearances.
         start: (2, 4) corrections of the first frame, where a stance goes on from an earlier part of the motion.
         standing: how feet stand in the middle of a longer motion.
@@ -110,8 +109,7 @@ def plant_feet(
     changed = np.zeros((len(qpos), 2), dtype=bool)
     corrections = np.zeros((len(qpos), 2, 4))
     start = np.zeros((2, 4)) if start is None else start
-    for side, leg in enumerate(legs(character)):
-        foot = FEET[side]
+    for side, (leg, foot) in enumerate(zip(legs(character), character.feet)):
         track = _Track(leg, before.xpos[:, foot], rotation[:, foot])
         origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
         if standing.turning is not None:
@@ -137,7 +135,7 @@ def plant_feet(
     for _ in range(2 * _PASSES if standing.yielding else _PASSES):
         for side, leg in enumerate(legs(character)):
             frames = np.flatnonzero(missed[:, side])
-            shank = BODIES.index(f"{SIDES[side]}_shank")
+            shank = character.segment(f"{SIDES[side]}_shank")
             angles = solve_leg(
                 leg,
                 pelvis[frames],
@@ -154,7 +152,7 @@ def plant_feet(
             missed |= changed & _yield(aim, goal, goal_rotation, after, contacts, character)
         if not missed.any():
             break
-    error = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1)
+    error = np.linalg.norm(after.xpos[:, character.feet] - goal, axis=-1)
     return Planted(out, error, drop, after, corrections)
 
 
@@ -184,14 +182,14 @@ def _keep_carrying_points(
         goal: (T, 2, 3) ankles wanted.
         goal_rotation: (T, 2, 3, 3) feet wanted.
         after: what came out.
-        character: the humanoid.
+        character: whose poses they are.
 
     Returns:
         (T, 2) feet to solve again.
     """
     missed = np.zeros(aim.shape[:2], dtype=bool)
     for side, leg in enumerate(legs(character)):
-        wanted = goal[:, side, None] + np.einsum("tij,kj->tki", goal_rotation[:, side], leg.points)  # (T, 4, 3)
+        wanted = goal[:, side, None] + np.einsum("tij,kj->tki", goal_rotation[:, side], leg.points)  # (T, N, 3)
         wanted[..., 2] -= leg.radii
         found = after.foot_points[:, side]
         lowest = found[..., 2].argmin(axis=1)
@@ -212,23 +210,23 @@ def _yield(
         goal_rotation: (T, 2, 3, 3) feet wanted; changed in place.
         after: what came out.
         contacts: (T, 2) supporting feet.
-        character: the humanoid.
+        character: whose poses they are.
 
     Returns:
         (T, 2) feet to solve again.
     """
-    off = np.linalg.norm(after.xpos[:, FEET] - goal, axis=-1) > _FAR_M
-    for side, leg in enumerate(legs(character)):
+    off = np.linalg.norm(after.xpos[:, character.feet] - goal, axis=-1) > _FAR_M
+    for side, (leg, foot) in enumerate(zip(legs(character), character.feet)):
         frames = np.flatnonzero(off[:, side] | contacts[:, side])
-        wanted, found = goal_rotation[frames, side], rotation_matrix(after.xquat[frames, FEET[side]])
-        points = wanted @ leg.points.T  # (N, 3, 4)
+        wanted, found = goal_rotation[frames, side], rotation_matrix(after.xquat[frames, foot])
+        points = wanted @ leg.points.T  # (frames, 3, N)
         height = points[:, 2] - leg.radii
-        share = np.exp(-(height - height.min(axis=1, keepdims=True)) / _CARRY_M) * _PIVOT
+        share = np.exp(-(height - height.min(axis=1, keepdims=True)) / _CARRY_M) * _pivot(leg)
         share /= share.sum(axis=1, keepdims=True)
         now = found @ leg.points.T
         swung = ((points - now) * share[:, None]).sum(axis=2)
         # a limit may leave the ankle where it should be and turn the point that carries away
-        astray = np.linalg.norm(goal[frames, side] - after.xpos[frames, FEET[side]] + swung, axis=1)
+        astray = np.linalg.norm(goal[frames, side] - after.xpos[frames, foot] + swung, axis=1)
         off[frames, side] |= astray > _ASTRAY_M
         picked = off[frames, side]
         frames, found, now, swung = frames[picked], found[picked], now[picked], swung[picked]
@@ -245,7 +243,7 @@ class _Track:
 
     def __init__(self, leg: Leg, ankle: Array, rotation: Array) -> None:
         self.leg, self.ankle, self.rotation = leg, ankle, rotation
-        self.points = np.einsum("tij,kj->tki", rotation, leg.points)  # (T, 4, 3)
+        self.points = np.einsum("tij,kj->tki", rotation, leg.points)  # (T, N, 3)
         self.heading = np.unwrap(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))
 
     @property
@@ -258,14 +256,14 @@ class _Track:
 
         Pivoting, it turns about its toe where that carries, as the feet of the built-in motions do.
         """
-        plan = turned(self.points[..., :2], turn[:, None])  # (T, 4, 2)
+        plan = turned(self.points[..., :2], turn[:, None])  # (T, N, 2)
         height = self.points[..., 2] - self.leg.radii
         share = np.exp(-(height - height.min(axis=1, keepdims=True)) / _CARRY_M)
         share /= share.sum(axis=1, keepdims=True)
         between = (share[1:] + share[:-1]) / 2
         steps = -(between[..., None] * np.diff(plan, axis=0)).sum(axis=1)
         if pivoting:
-            pivot = between * _PIVOT
+            pivot = between * _pivot(self.leg)
             apart = between - pivot / pivot.sum(axis=1, keepdims=True)
             middle = ((plan[1:] + plan[:-1]) / 2 * apart[..., None]).sum(axis=1)
             angle = np.diff(self.heading + turn)[:, None]
@@ -328,6 +326,13 @@ def _corrections(
     return value
 
 
+def _pivot(leg: Leg) -> Array:
+    """(N,) how much each point of the sole takes part in a pivot: most the foremost ones, least the rearmost."""
+    forward = leg.points[:, 0]
+    share = np.where(forward == forward.max(), _TOE_PIVOTS, _BALL_PIVOTS)
+    return np.where(forward == forward.min(), _HEEL_PIVOTS, share)
+
+
 def _bridge(value: Array, start: int, left: int, landed: int, stop: int, ease: int) -> None:
     """Fill a swing, frames left to landed - 1, so that the corrections at both its ends fade with continuous speed."""
     n = len(value)
@@ -361,8 +366,8 @@ def _pelvis_drop(
     """How far to lower the pelvis, smoothly in time, so that no leg has to be longer than it is."""
     need = np.zeros(len(goal))
     for side, leg in enumerate(legs(character)):
-        hip = before.xpos[:, BODIES.index(f"{SIDES[side]}_thigh")]
-        ankle = before.xpos[:, FEET[side]]
+        hip = before.xpos[:, character.segment(f"{SIDES[side]}_thigh")]
+        ankle = before.xpos[:, character.feet[side]]
         reach = np.maximum(settings.leg_reach * (leg.thigh + leg.shank), np.linalg.norm(ankle - hip, axis=1))
         line = goal[:, side] - hip
         plan = (line[:, :2] ** 2).sum(axis=1)

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from simprep.character import Character
-from simprep.humanoid import humanoid
 from simprep.preparation.com_path import displacement_path, displacement_repair
-from simprep.preparation.posture_problem import N_UPPER, UPPER_QPOS, Costs, PostureProblem
+from simprep.preparation.posture_problem import Costs, PostureProblem
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
@@ -28,7 +27,7 @@ class OptimisedPostures:
     """Result of `optimise_postures`.
 
     Attributes:
-        qpos: (T, 44).
+        qpos: (T, nq).
         before: (T, 4) costs C_b, C_s, C_m, C of the blended posture after the optimised ones of the two frames before; NaN where
             the optimisation was skipped.
         after: (T, 4) costs of the result.
@@ -49,23 +48,23 @@ def optimise_postures(
     centres: Array,
     share: Array,
     fps: float,
-    character: Character = humanoid(),
+    character: Character,
     settings: PreparationSettings = DEFAULT_SETTINGS,
     measure: bool = True,
 ) -> OptimisedPostures:
-    """Optimise the upper body frame by frame; root and legs stay exactly as they are.
+    """Optimise the balancing joints frame by frame; root and all others stay exactly as they are.
 
     With `support_smoothing` above 0, C_b draws the COM along a smooth path that comes nearer to the support centre in every
     frame (`com_path`), and where the smoothing of the postures has led the COM farther away, it is put back. With 0, C_b
     draws it to the support centre, and is left out in flight.
 
     Args:
-        qpos: (T, 44) blended postures.
+        qpos: (T, nq) blended postures.
         com: (T, 3) their COM [m].
         centres: (T, 2) support centres [m]; NaN in flight.
         share: (T,) how much of the change is used, 0 (skipped) to 1.
         fps: frames per second [1/s].
-        character: the humanoid.
+        character: whose poses they are; its `balancing` joints move.
         settings: weights and step limit.
         measure: whether to give the costs before and after; NaN otherwise.
     """
@@ -75,7 +74,7 @@ def optimise_postures(
         goals = com[:, :2] + path
     problem = PostureProblem(character, settings)
     n = len(qpos)
-    change = np.zeros((n, N_UPPER))
+    change = np.zeros((n, len(problem.columns)))
     steps = np.zeros(n, dtype=np.int64)
     last: Array | None = None
     before_last: Array | None = None
@@ -95,8 +94,9 @@ def optimise_postures(
     if settings.change_smoothing > 0:
         change = gaussian_filter1d(change, settings.change_smoothing * fps, axis=0, mode="nearest")
     out = qpos.copy()
-    hinges = out[:, UPPER_QPOS] + share[:, None] * change
-    out[:, UPPER_QPOS] = np.where(share[:, None] > 0, np.clip(hinges, problem.low, problem.high), out[:, UPPER_QPOS])
+    hinges = out[:, problem.columns]
+    moved = np.clip(hinges + share[:, None] * change, problem.low, problem.high)
+    out[:, problem.columns] = np.where(share[:, None] > 0, moved, hinges)
     if settings.support_smoothing > 0:
         _repair(problem, out, com[:, :2], centres, share, fps)
 
@@ -109,7 +109,7 @@ def optimise_postures(
             last = problem.centres_of(qpos[frame - 1])
             before_last = problem.centres_of(qpos[max(frame - 2, 0)])
         posture = problem.frame(qpos[frame], _present(goals[frame]), last, before_last)
-        final = out[frame, UPPER_QPOS]
+        final = out[frame, problem.columns]
         before[frame] = _row(problem.costs(posture, posture.hinges))
         after[frame] = _row(problem.costs(posture, final))
         last, before_last = problem.body_centres(posture, final), last
@@ -130,7 +130,8 @@ def _repair(problem: PostureProblem, qpos: Array, com: Array, centres: Array, sh
         for frame in frames.tolist():
             jacobian = problem.com_jacobian(qpos[frame])
             change = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T, push[frame])
-            qpos[frame, UPPER_QPOS] = np.clip(qpos[frame, UPPER_QPOS] + change, problem.low, problem.high)
+            hinges = qpos[frame, problem.columns]
+            qpos[frame, problem.columns] = np.clip(hinges + change, problem.low, problem.high)
 
 
 def _present(centre: Array) -> Array | None:

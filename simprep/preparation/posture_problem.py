@@ -13,22 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dposv
 
-from simprep.character import Character
-from simprep.humanoid import BODIES, UPPER_BODY_HINGES, humanoid
+from simprep.character import Character, IntArray
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
 
-N_UPPER = len(UPPER_BODY_HINGES)
-UPPER_QPOS = slice(7, 7 + N_UPPER)
-"""Entries of a pose that the optimisation changes."""
-MOVED = tuple(i for i, name in enumerate(BODIES) if not name.endswith(("pelvis", "thigh", "shank", "foot")))
-"""Bodies that the upper-body hinges move, as indices into `BODIES`."""
-
-_UPPER_QVEL = slice(6, 6 + N_UPPER)
-_MOVED = np.array(MOVED)
-_FIXED = np.array([i for i in range(len(BODIES)) if i not in MOVED])
-_DIAGONAL = np.diag_indices(N_UPPER)
 _DAMPING = 1e-5  # keeps hinges that move no body centre (wrist, pronation) where they are
 _ENOUGH = 2e-3  # a step that gains less than this share of the reduction so far is the last
 
@@ -55,12 +44,12 @@ class PostureFrame:
     """What the cost of one frame is measured against (`PostureProblem.frame`).
 
     Attributes:
-        qpos: (44,) blended posture.
-        hinges: (25,) its upper-body hinges [rad].
-        blended: (10, 3) its body centres, of the bodies that move [m].
+        qpos: (nq,) blended posture.
+        hinges: (K,) its balancing hinges [rad].
+        blended: (M, 3) its body centres, of the bodies that move [m].
         com_fixed: (2,) part of the bodies that do not move in the COM on the floor [m].
         centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
-        expected: (10, 3) body centres that continue the two frames before in a straight line [m]; None leaves out C_m.
+        expected: (M, 3) body centres that continue the two frames before in a straight line [m]; None leaves out C_m.
         fixed_smoothness: part of the bodies that do not move in the sum of C_m [m per frame squared].
     """
 
@@ -74,27 +63,36 @@ class PostureFrame:
 
 
 class PostureProblem:
-    """The cost of a frame (`frame`) as a function of the 25 upper-body hinges.
+    """The cost of a frame (`frame`) as a function of the K balancing hinges, which move M segments.
 
     Args:
-        character: the humanoid.
+        character: whose postures they are; its `balancing` joints move.
         settings: weights and the smoothing of the norms.
+
+    Attributes:
+        columns: (K,) entries of a pose that the optimisation changes.
+        low: (K,) lower limits [rad], high: (K,) upper limits.
     """
 
-    def __init__(self, character: Character = humanoid(), settings: PreparationSettings = DEFAULT_SETTINGS) -> None:
+    def __init__(self, character: Character, settings: PreparationSettings = DEFAULT_SETTINGS) -> None:
         self.model = character.model
         self.data = mujoco.MjData(self.model)
         self.settings = settings
-        self.low = self.model.jnt_range[1 : 1 + N_UPPER, 0].copy()
-        self.high = self.model.jnt_range[1 : 1 + N_UPPER, 1].copy()
+        joints = character.joint_indices(character.balancing)
+        self.columns = 7 + joints
+        self._velocities = 6 + joints
+        self._diagonal = np.diag_indices(len(joints))
+        self.low = self.model.jnt_range[1 + joints, 0]
+        self.high = self.model.jnt_range[1 + joints, 1]
+        moved = _moved_segments(self.model, 1 + joints)
+        self._moved, self._fixed = np.flatnonzero(moved), np.flatnonzero(~moved)
         mass = self.model.body_mass[1:]
         self._share = mass / mass.sum()
-        self._moved_share = self._share[_MOVED]
-        self._jacobian = np.zeros((len(MOVED), 3, self.model.nv))
-        self._rows = [(int(i) + 1, self._jacobian[k]) for k, i in enumerate(MOVED)]
+        self._moved_share = self._share[self._moved]
+        self._jacobian = np.zeros((len(self._moved), 3, self.model.nv))
+        self._rows = [(int(i) + 1, self._jacobian[k]) for k, i in enumerate(self._moved)]
         self._eps = settings.smooth_norm
         self._qpos = self.data.qpos
-        self._hinges = self._qpos[UPPER_QPOS]
         self._xipos = self.data.xipos
 
     def frame(
@@ -103,23 +101,23 @@ class PostureProblem:
         """A frame whose posture is to be optimised.
 
         Args:
-            qpos: (44,) blended posture.
+            qpos: (nq,) blended posture.
             centre: (2,) support centre, or where else C_b wants the COM on the floor [m]; None leaves out C_b.
-            last: (17, 3) optimised body centres one frame earlier [m]; None leaves out C_m.
-            before_last: (17, 3) two frames earlier.
+            last: (segments, 3) optimised body centres one frame earlier [m]; None leaves out C_m.
+            before_last: (segments, 3) two frames earlier.
         """
         centres = self.centres_of(qpos)
         expected: Array | None = None
         fixed_smoothness = 0.0
         if last is not None and before_last is not None:
             straight_on = 2 * last - before_last
-            expected = straight_on[_MOVED]
-            fixed_smoothness = float(self._norm(centres[_FIXED] - straight_on[_FIXED]).sum())
+            expected = straight_on[self._moved]
+            fixed_smoothness = float(self._norm(centres[self._fixed] - straight_on[self._fixed]).sum())
         return PostureFrame(
             qpos=np.array(qpos),
-            hinges=np.array(qpos[UPPER_QPOS]),
-            blended=centres[_MOVED],
-            com_fixed=self._share[_FIXED] @ centres[_FIXED, :2],
+            hinges=np.array(qpos[self.columns]),
+            blended=centres[self._moved],
+            com_fixed=self._share[self._fixed] @ centres[self._fixed, :2],
             centre=centre,
             expected=expected,
             fixed_smoothness=fixed_smoothness,
@@ -130,39 +128,39 @@ class PostureProblem:
 
     def _pose(self, frame: PostureFrame, hinges: Array) -> None:
         self._qpos[:] = frame.qpos
-        self._hinges[:] = hinges
+        self._qpos[self.columns] = hinges
         mujoco.mj_kinematics(self.model, self.data)
 
     def body_centres(self, frame: PostureFrame, hinges: Array) -> Array:
-        """Body centres (17, 3) of a frame with these upper-body hinges, world [m]."""
+        """Body centres (segments, 3) of a frame with these balancing hinges, world [m]."""
         self._pose(frame, hinges)
         return np.array(self._xipos[1:])
 
     def centres_of(self, qpos: Array) -> Array:
-        """Body centres (17, 3) of a whole posture (44,)."""
+        """Body centres (segments, 3) of a whole posture (nq,)."""
         self._qpos[:] = qpos
         mujoco.mj_kinematics(self.model, self.data)
         return np.array(self._xipos[1:])
 
     def com_of(self, qpos: Array) -> Array:
-        """COM (2,) on the floor of a whole posture (44,) [m]."""
+        """COM (2,) on the floor of a whole posture (nq,) [m]."""
         return np.asarray(self._share @ self.centres_of(qpos)[:, :2])
 
     def com_jacobian(self, qpos: Array) -> Array:
-        """Jacobian (2, 25) of `com_of` by the upper-body hinges [m/rad]."""
+        """Jacobian (2, K) of `com_of` by the balancing hinges [m/rad]."""
         self._qpos[:] = qpos
         mujoco.mj_kinematics(self.model, self.data)
         mujoco.mj_comPos(self.model, self.data)
         jacobian = np.zeros((3, self.model.nv))
         mujoco.mj_jacSubtreeCom(self.model, self.data, jacobian, 1)
-        return jacobian[:2, _UPPER_QVEL]
+        return jacobian[:2].take(self._velocities, axis=1)
 
     def costs(self, frame: PostureFrame, hinges: Array) -> Costs:
-        """Cost terms of a frame at (25,) hinges."""
+        """Cost terms of a frame at (K,) hinges."""
         self._pose(frame, hinges)
-        p = self._xipos[1 + _MOVED]
+        p = self._xipos[1 + self._moved]
         s = self.settings
-        n = len(BODIES)
+        n = len(self._share)
         balance = smoothness = 0.0
         if frame.centre is not None:
             balance = float(self._norm(frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre))
@@ -179,38 +177,38 @@ class PostureProblem:
 
         Args:
             frame: the frame.
-            hinges: (25,) [rad].
+            hinges: (K,) [rad].
 
         Returns:
-            gradient: (25,) [m/rad].
-            curvature: (25, 25) positive semidefinite [m/rad^2].
+            gradient: (K,) [m/rad].
+            curvature: (K, K) positive semidefinite [m/rad^2].
         """
         model, data, s = self.model, self.data, self.settings
         self._pose(frame, hinges)
         mujoco.mj_comPos(model, data)
         for body_id, out in self._rows:
             mujoco.mj_jacBodyCom(model, data, out, None, body_id)
-        jacobian = self._jacobian[:, :, _UPPER_QVEL]  # (10, 3, 25)
-        p = self._xipos[1 + _MOVED]
-        eps2, n = self._eps**2, len(BODIES)
+        jacobian = self._jacobian.take(self._velocities, axis=2)  # (M, 3, K), in C order as reshaped below
+        p = self._xipos[1 + self._moved]
+        eps2, n = self._eps**2, len(self._share)
         r = p - frame.blended
-        pull = s.style_weight / n / np.sqrt((r * r).sum(axis=1) + eps2)  # (10,)
+        pull = s.style_weight / n / np.sqrt((r * r).sum(axis=1) + eps2)  # (M,)
         force = pull[:, None] * r
         if frame.expected is not None:
             r = p - frame.expected
             smooth = s.smoothness_weight / n / np.sqrt((r * r).sum(axis=1) + eps2)
             force = force + smooth[:, None] * r
             pull = pull + smooth
-        flat = jacobian.reshape(-1, N_UPPER)
+        flat = jacobian.reshape(-1, len(self.columns))
         gradient = force.ravel() @ flat
         weighted = flat * np.repeat(np.sqrt(pull), 3)[:, None]
         curvature = weighted.T @ weighted
         gradient = gradient + s.joint_weight * (hinges - frame.hinges)
-        curvature[_DIAGONAL] += s.joint_weight
+        curvature[self._diagonal] += s.joint_weight
         if frame.centre is not None:
             r = frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre
             scale = s.balance_weight / np.sqrt(r @ r + eps2)
-            com = np.tensordot(self._moved_share, jacobian[:, :2], axes=1)  # (2, 25)
+            com = np.tensordot(self._moved_share, jacobian[:, :2], axes=1)  # (2, K)
             gradient = gradient + scale * (r @ com)
             curvature += scale * (com.T @ com)
         return gradient, curvature
@@ -220,7 +218,7 @@ class PostureProblem:
 
         Args:
             frame: the frame.
-            start: (25,) hinges, within their limits.
+            start: (K,) hinges, within their limits.
 
         Returns:
             The hinges, of no higher cost than the start; and the steps taken.
@@ -235,7 +233,7 @@ class PostureProblem:
                 gradient = np.where(held, 0.0, gradient)
                 curvature[held] = 0.0
                 curvature[:, held] = 0.0
-            curvature[_DIAGONAL] += _DAMPING + held
+            curvature[self._diagonal] += _DAMPING + held
             _, direction, failed = dposv(curvature, gradient)
             if failed:
                 direction = gradient
@@ -254,3 +252,12 @@ class PostureProblem:
             if gained < _ENOUGH * (first - cost) or gained < 1e-7:
                 break
         return hinges, steps
+
+
+def _moved_segments(model: mujoco.MjModel, joint_ids: IntArray) -> NDArray[np.bool_]:
+    """Segments (segments,) that some of these joints move: the joints' own and all that hang on them."""
+    moved = np.zeros(model.nbody, dtype=bool)
+    moved[model.jnt_bodyid[joint_ids]] = True
+    for body in range(1, model.nbody):  # a parent comes before its children
+        moved[body] |= moved[model.body_parentid[body]]
+    return moved[1:]

@@ -26,7 +26,7 @@ class Record:
     Attributes:
         alpha: (T,) level of preparation.
         root_weight: (T,) blending weight of the root.
-        weights: (T, 37) blending weights of the hinges.
+        weights: (T, joints) blending weights of the hinges.
         costs_before: (T, 4) C_b [m], C_s [m], C_m [m per frame^2] and C of the blended posture; NaN where the
             optimisation did not run.
         costs_after: (T, 4) of the result.

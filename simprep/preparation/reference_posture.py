@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from simprep.character import SIDES
 from simprep.errors import MotionError
-from simprep.humanoid import BODIES
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import in_heading
@@ -17,7 +16,7 @@ from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 TARGET_EVENT = "target"
 
-_LEG_JOINTS = tuple(BODIES.index(f"{side}_{part}") for side in SIDES for part in ("thigh", "shank", "foot"))
+_LEG_PARTS = ("thigh", "shank", "foot")
 
 
 @dataclass(frozen=True)
@@ -25,7 +24,7 @@ class ReferencePosture:
     """The reference posture T_p of a target motion.
 
     Attributes:
-        qpos: (44,) the posture.
+        qpos: (nq,) the posture.
         frame: its frame in the target motion.
         target_frame: T_t, the first frame of the target movement.
         found: whether a frame met all three conditions; otherwise the first frame of the motion was taken.
@@ -77,7 +76,8 @@ def reference_posture(target: Motion, settings: PreparationSettings = DEFAULT_SE
     balanced = inside(*support_points(kinematics.foot_points, contacts), kinematics.com[:, :2])
     same_contacts = (contacts == contacts[0]).all(axis=1)
     heading, _ = split_heading(target.qpos[: marked + 1, 3:7])
-    offset = kinematics.xpos[:, _LEG_JOINTS] - kinematics.xpos[:, :1]  # (T, 6, 3)
+    leg_joints = [target.character.segment(f"{side}_{part}") for side in SIDES for part in _LEG_PARTS]
+    offset = kinematics.xpos[:, leg_joints] - kinematics.xpos[:, :1]  # (T, 6, 3)
     local = in_heading(offset, heading)
     difference = ((local - local[0]) ** 2).sum(axis=(1, 2))
     fits = balanced & same_contacts & (difference <= settings.leg_threshold)

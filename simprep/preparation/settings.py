@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from simprep.errors import SettingError, UnknownNameError
-from simprep.humanoid import HINGES
 
 CURVES = ("described", "printed", "linear")
 ROOT_HEIGHTS = ("support", "mean")
@@ -18,9 +17,10 @@ class PreparationSettings:
         curve: blending curve of Eq. 1. `described` is the mirror image of the printed formula and does what the paper
             describes and shows (arms first); `printed` is the formula as printed (arms last); `linear` uses one weight
             for every joint, w = alpha: traditional blending, the baseline of Fig. 6.
-        curvature_lower: C of the root and the leg hinges (paper: 1.0, a straight line).
-        curvature_upper: C of the trunk, neck and arm hinges (paper: 0.5).
-        curvature: C of single hinges by name, or of `root`; overrides the two above.
+        curvature_lower: C of the root and the hinges of the lower body (paper: 1.0, a straight line).
+        curvature_upper: C of the hinges of the upper body (paper: 0.5).
+        curvature: C of single hinges by name, or of `root`; overrides the two above. Blending refuses one that the character
+            lacks.
         leg_threshold: largest sum of squared differences of the leg joints' positions (hips, knees, ankles, relative to
             the root, in its heading) between a reference posture and the first frame of the target [m^2]. The
             paper gives no value; 0.05 is reached when both knees and both ankles have moved by 11 cm.
@@ -53,7 +53,7 @@ class PreparationSettings:
 
     Raises:
         SettingError: a value outside its range.
-        UnknownNameError: a curve, root height or hinge that does not exist.
+        UnknownNameError: a curve or root height that does not exist.
     """
 
     curve: str = "described"
@@ -82,9 +82,6 @@ class PreparationSettings:
             raise UnknownNameError("blending curve", self.curve, CURVES)
         if self.root_height not in ROOT_HEIGHTS:
             raise UnknownNameError("root height", self.root_height, ROOT_HEIGHTS)
-        for name in self.curvature:
-            if name not in HINGES and name != "root":
-                raise UnknownNameError("joint", name, ("root", *HINGES))
         for name, value in {
             "curvature_lower": self.curvature_lower,
             "curvature_upper": self.curvature_upper,

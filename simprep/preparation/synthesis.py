@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.character import Character
-from simprep.humanoid import FEET, humanoid
 from simprep.motion.contacts import stances
 from simprep.motion.curves import smooth_step
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -33,7 +32,7 @@ class Style:
     """What the locomotion is blended towards: one posture, or one per frame.
 
     Attributes:
-        qpos: (44,) or (T, 44) posture; heading and place of its root do not matter.
+        qpos: (nq,) or (T, nq) posture; heading and place of its root do not matter.
         sole_height: (2,) or (T, 2) height of the left and right sole above the floor in it [m].
         contacts: (2,) or (T, 2) feet that support in it.
     """
@@ -48,18 +47,18 @@ class Locomotion:
     """What the character does meanwhile, without preparation.
 
     Attributes:
-        qpos: (T, 44).
+        qpos: (T, nq).
         contacts: (T, 2) supporting feet.
         trend: (T,) heading without the turning of the pelvis to and fro at every step [rad].
         fps: frames per second [1/s].
-        character: the humanoid.
+        character: whose poses they are.
     """
 
     qpos: Array
     contacts: NDArray[np.bool_]
     trend: Array
     fps: float
-    character: Character = humanoid()
+    character: Character
 
 
 @dataclass(frozen=True)
@@ -82,12 +81,12 @@ class Synthesis:
     """Prepared poses, and what happened in every frame.
 
     Attributes:
-        qpos: (T, 44).
+        qpos: (T, nq).
         contacts: (T, 2) those of the locomotion, and of feet that rest because the preparation has taken their swing away.
         kinematics: before the posture optimisation.
         root_weight: (T,) blending weight of the root.
-        weights: (T, 37) of the hinges.
-        support: (T, 8, 2) points that may support, on the floor [m], and which do (T, 8).
+        weights: (T, joints) of the hinges.
+        support: (T, 2 N, 2) points that may support, on the floor [m], and which do (T, 2 N).
         centre: (T, 2) centre of the support polygon [m]; NaN in flight.
         optimised: result of the posture optimisation; None where it did not run.
         foot_error: (T, 2) distance of the ankle from where inverse kinematics should have put it [m].
@@ -131,7 +130,7 @@ def synthesise(
         style: what is prepared for.
         level: (T,) level of preparation, 0 to 1.
         settings: every constant.
-        optimise: whether to run the posture optimisation.
+        optimise: whether to run the posture optimisation; without effect where the character has no `balancing` joints.
         start: state at the first frame, where this goes on from an earlier window.
         measure: whether to give the costs of the optimisation.
         share: () or (T,) factor on every blending weight, 0 to 1: the probability that there will be a target at all. Of all
@@ -140,7 +139,7 @@ def synthesise(
     """
     start = start or Seam()
     source, fps, character = locomotion.qpos, locomotion.fps, locomotion.character
-    root_weight, weights = joint_weights(level, settings)
+    root_weight, weights = joint_weights(level, character, settings)
     if np.any(np.asarray(share) != 1.0):
         root_weight, weights = root_weight * share, weights * np.reshape(share, (-1, 1))
     kinematics = forward_kinematics(source, character)
@@ -156,8 +155,9 @@ def synthesise(
     if touched.any() or np.any(start.feet):
         blended = forward_kinematics(qpos, character)  # at the locomotion's root height
         if settings.root_height == "mean":
-            before = kinematics.xpos[:, FEET, 2] - source[:, 2:3]
-            height = mean_root_height(source[:, 2], before, blended.xpos[:, FEET, 2] - source[:, 2:3])
+            heights = np.s_[:, character.feet, 2]
+            before = kinematics.xpos[heights] - source[:, 2:3]
+            height = mean_root_height(source[:, 2], before, blended.xpos[heights] - source[:, 2:3])
         else:
             sole = kinematics.foot_points[..., 2].min(axis=2)
             sole_goal = (1 - root_weight)[:, None] * sole + root_weight[:, None] * style.sole_height
@@ -174,7 +174,7 @@ def synthesise(
         kinematics = forward_kinematics(qpos, character)
     support = support_points(kinematics.foot_points, contacts)
     optimised, centre = None, np.full((len(qpos), 2), np.nan)
-    if optimise and (level >= settings.threshold).any():
+    if optimise and character.balancing and (level >= settings.threshold).any():
         centre = support_centre(*support)
         share = change_share(level, fps, settings)
         optimised = optimise_postures(qpos, kinematics.com, centre, share, fps, character, settings, measure)
@@ -216,7 +216,7 @@ def resting_feet(foot_points: Array, weight: Array, style: Style, fps: float) ->
     there and slower than 0.1 m/s, for at least 0.1 s.
 
     Args:
-        foot_points: (T, 2, 4, 3) of the blended motion [m].
+        foot_points: (T, 2, N, 3) of the blended motion [m].
         weight: (T,) blending weight of the root.
         style: what is prepared for.
         fps: frames per second [1/s].
@@ -227,7 +227,7 @@ def resting_feet(foot_points: Array, weight: Array, style: Style, fps: float) ->
     resting = np.zeros(foot_points.shape[:2], dtype=bool)
     if len(foot_points) < 2:
         return resting
-    speed = np.linalg.norm(np.gradient(foot_points, 1 / fps, axis=0), axis=-1)  # (T, 2, 4)
+    speed = np.linalg.norm(np.gradient(foot_points, 1 / fps, axis=0), axis=-1)  # (T, 2, N)
     height = foot_points[..., 2] - weight[:, None, None] * style.sole_height[..., :, None]
     still = ((height < _RESTING_HEIGHT_M) & (speed < _RESTING_SPEED)).any(axis=2)
     still &= (weight > 0)[:, None] & style.contacts

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import FEET
 from simprep.motion.contacts import stances
 from simprep.motion.edit import cut, move
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -38,7 +37,7 @@ class _State:
     """Pose and change per frame at one instant."""
 
     qpos: Array
-    step: Array  # (43,) root displacement, root rotation vector (world), hinges
+    step: Array  # (nv,) root displacement, root rotation vector (world), hinges
 
 
 def launch(
@@ -141,7 +140,7 @@ def local_state(motion: Motion) -> tuple[Array, Array]:
         motion: the motion.
 
     Returns:
-        Positions (T, 17, 3) relative to the root on the floor, in the axes of its heading [m]; velocities in the same axes [m/s].
+        Positions (T, segments, 3) relative to the root on the floor, in the axes of its heading [m]; velocities in the same axes [m/s].
     """
     positions = forward_kinematics(motion.qpos, motion.character).xpos
     heading, _ = split_heading(motion.qpos[:, 3:7])
@@ -157,7 +156,7 @@ def _place(target: Motion, entry: int, approach: Motion, frame: int, standing: K
     turned = move(replace(target, loop=False), turn=float(heading_to - heading_from))
     there = forward_kinematics(turned.qpos[entry : entry + 1], target.character)
     shares, gaps = [_ROOT_SHARE_S], [approach.qpos[frame, :2] - turned.qpos[entry, :2]]
-    for side, foot in enumerate(FEET):
+    for side, foot in enumerate(approach.character.feet):
         if approach.contacts[frame, side] and target.contacts[entry, side]:
             run = next(after for first, after in stances(target.contacts[:, side]) if first <= entry < after)
             shares.append(min((run - entry) / target.fps, _FOOT_SHARE_S))
@@ -178,7 +177,7 @@ def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tupl
     """Target poses from `entry` on, plus an offset that starts as the approach's pose and velocity and dies away.
 
     Returns:
-        qpos: (T, 44), the first equal to the approach's pose.
+        qpos: (T, nq), the first equal to the approach's pose.
         weight: (T,) how much of the offset is left, 1 to 0.
     """
     qpos = target.qpos[entry:].copy()

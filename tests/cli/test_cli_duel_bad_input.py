@@ -15,7 +15,7 @@ from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
 from simprep.duel.labels.segmentation import Cuts
 from simprep.duel.stream.store import save_stream
 from simprep.duel.stream.stream import DuelStream
-from simprep.humanoid import BODIES, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.edit import cut, resample
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
@@ -92,7 +92,7 @@ def files(tmp_path_factory):
     with_nan(folder / "a.npz", folder / "nan.npz", "qpos", slice(40, 60))
     with_nan(folder / "stream.npz", folder / "nan_stream.npz", "qpos_B", slice(40, 60))
 
-    places = [BODIES.index(f"{side}_{part}") for side in SIDES for part in JOINTS]
+    places = [humanoid().segment(f"{side}_{part}") for side in SIDES for part in JOINTS]
     points = np.stack([forward_kinematics(m.qpos, m.character).xpos[:, places] for m in five.players], axis=1)
     gap = points.copy()
     gap[30:45, 1, 2] = np.nan

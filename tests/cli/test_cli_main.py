@@ -10,7 +10,7 @@ import pytest
 
 from simprep.cli.main import main
 from simprep.errors import SettingError
-from simprep.humanoid import hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.store import read_run
@@ -25,7 +25,7 @@ TRACK_KEYS = {
 def arm_raise(tmp_path):
     """A file with 0.8 s of standing while an arm rises."""
     qpos = np.repeat(humanoid().standing_qpos.copy()[None], 25, axis=0)
-    qpos[:, 7 + hinge_index("left_shoulder_flexion")] = np.linspace(0, 0.6, 25)
+    qpos[:, 7 + humanoid().joint("left_shoulder_flexion")] = np.linspace(0, 0.6, 25)
     motion = Motion(qpos, 30.0, np.ones((25, 2), bool), name="arm_raise", source="test")
     return save_motion(motion, tmp_path / "arm_raise.npz")
 
@@ -110,7 +110,7 @@ def test_track_prints_one_json_object_and_writes_its_files(arm_raise, tmp_path, 
     assert json.loads((out / "metrics.json").read_text()) == content
     run = read_run(out)
     assert (run.reference.name, run.controller, run.end) == ("arm_raise", "pd", "done")
-    assert (run.qpos.shape, run.foot_contact.shape) == ((run.steps + 1, 44), (run.steps, 2))
+    assert (run.qpos.shape, run.foot_contact.shape) == ((run.steps + 1, humanoid().nq), (run.steps, 2))
     assert run.end_s == content["survived_s"]
 
 

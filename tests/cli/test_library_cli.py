@@ -7,7 +7,6 @@ import pytest
 from motion_files import bvh_text
 
 from simprep.cli.main import main
-from simprep.humanoid import BODIES
 from simprep.library import library_entries, library_motion, library_names
 from simprep.library.facts import fist_positions, motion_facts
 from simprep.library.walking.walk import WalkStyle
@@ -73,8 +72,8 @@ def test_a_users_clip_is_listed_shown_and_tracked_by_name(tmp_path, capsys, monk
 def test_show_tells_what_the_motion_is(capsys):
     content = said(["show", "punch_right"], capsys)
     motion = library_motion("punch_right")
-    kinematics = forward_kinematics(motion.qpos)
-    hand = kinematics.xpos[:, BODIES.index("right_hand")]
+    kinematics = forward_kinematics(motion.qpos, motion.character)
+    hand = kinematics.xpos[:, motion.character.segment("right_hand")]
     wrist = np.linalg.norm(np.gradient(hand, 1 / motion.fps, axis=0), axis=1).max()
     assert wrist * 0.8 < content["peak_fist_speed_m_s"]["right"] < wrist * 1.5
     assert content["events_s"]["impact"] == motion.events["impact"] / motion.fps

@@ -5,7 +5,7 @@ import numpy as np
 from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
 from simprep.duel.labels.segmentation import Cuts
 from simprep.duel.stream.stream import DuelStream
-from simprep.humanoid import hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion
 
 FPS = 30.0
@@ -45,7 +45,7 @@ def bout(rng, count=40):
                 share = size * (share if number == 0 else 1 - share)
                 pose = np.tile(humanoid().standing_qpos.copy(), (frames, 1))
                 for hinge, angle in hinges.items():
-                    pose[:, 7 + hinge_index(hinge)] += angle * share
+                    pose[:, 7 + humanoid().joint(hinge)] += angle * share
                 pose[:, 7:] += rng.normal(0, 0.02, (frames, pose.shape[1] - 7))
                 poses.append(pose)
                 starts.append(frame)

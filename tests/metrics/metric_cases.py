@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from simprep.humanoid import HINGES, N_QVEL, hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion, differentiate
 from simprep.physics.run import DONE, BodyRun, Run
-
-HINGE_COUNT = len(HINGES)
 
 
 def rigid_motion(root: np.ndarray, fps: float, contact: bool = True) -> Motion:
@@ -26,7 +24,7 @@ def swaying_motion(fps: float, seconds: float = 2.0) -> Motion:
         ("lumbar_flexion", 0.3, 1.0), ("thorax_rotation", 0.3, 1.3), ("left_shoulder_flexion", 0.8, 1.5),
         ("right_elbow_flexion", 0.5, 1.1), ("left_hip_flexion", 0.05, 0.5),
     ):  # fmt: skip
-        qpos[:, 7 + hinge_index(name)] = size * (1 - np.cos(2 * np.pi * frequency * time)) / 2
+        qpos[:, 7 + humanoid().joint(name)] = size * (1 - np.cos(2 * np.pi * frequency * time)) / 2
     contacts = np.ones((len(time), 2), dtype=bool)
     contacts[(time > 0.795) & (time < 1.195), 1] = False
     return Motion(qpos, fps, contacts, events={"launch": round(fps)})
@@ -34,12 +32,12 @@ def swaying_motion(fps: float, seconds: float = 2.0) -> Motion:
 
 def run_of(motion: Motion, reference: Motion, end: str = DONE, fallen: int | None = None, **arrays: np.ndarray) -> Run:
     """A run that went through the poses of `motion` while tracking `reference` (both at the simulation rate)."""
-    steps = len(motion) - 1
+    steps, joints = len(motion) - 1, len(motion.character.joints)
     values = {
-        "qpos": motion.qpos, "qvel": differentiate(motion.qpos, motion.fps),
-        "reference_qvel": np.zeros((steps + 1, N_QVEL)),
-        "target": np.zeros((steps, HINGE_COUNT)), "torque": np.zeros((steps, HINGE_COUNT)),
-        "torque_limit": np.full(HINGE_COUNT, 100.0), "ground_force": np.tile([0.0, 0.0, 735.0], (steps, 1)),
+        "qpos": motion.qpos, "qvel": differentiate(motion.qpos, motion.fps, motion.character),
+        "reference_qvel": np.zeros((steps + 1, motion.character.nv)),
+        "target": np.zeros((steps, joints)), "torque": np.zeros((steps, joints)),
+        "torque_limit": np.full(joints, 100.0), "ground_force": np.tile([0.0, 0.0, 735.0], (steps, 1)),
         "foot_force": np.zeros((steps, 2, 3)), "centre_of_pressure": np.zeros((steps, 2)),
         "foot_contact": motion.contacts[1:], "penetration": np.zeros(steps),
     }  # fmt: skip

@@ -3,7 +3,7 @@ import pytest
 from metric_cases import rigid_motion, swaying_motion
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import hinge_index
+from simprep.humanoid import humanoid
 from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, slip_ratio, sphere_slip
 from simprep.motion.edit import move, resample
 from simprep.motion.motion import Motion
@@ -48,7 +48,7 @@ def test_foot_rolling_over_its_toe_does_not_slip(rolls):
     motion = rigid_motion(np.stack([x, 0 * x, z], axis=1), fps)
     qpos = motion.qpos.copy()
     for side in ("left", "right"):
-        qpos[:, 7 + hinge_index(f"{side}_ankle_dorsiflexion")] = -angle
+        qpos[:, 7 + humanoid().joint(f"{side}_ankle_dorsiflexion")] = -angle
     slip = foot_slip(Motion(qpos, fps, motion.contacts))
     ankle_path = 2e3 * np.abs(np.diff(x)).sum()
     assert slip.mm_per_stance < 3 < 0.1 * ankle_path  # leaving the flat sole costs what the 5 mm band lets through

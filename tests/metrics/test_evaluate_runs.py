@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metric_cases import HINGE_COUNT, rigid_motion, run_of, swaying_motion
+from metric_cases import rigid_motion, run_of, swaying_motion
 
 from simprep.metrics.evaluate import MOTION_KEYS, RUN_KEYS, evaluate_motion, evaluate_run
 from simprep.metrics.tracking import derivative_errors, effort
@@ -45,11 +45,11 @@ def test_drift_is_global_and_pose_is_root_relative():
     assert drifted["mpjpe_mm"] == pytest.approx(0, abs=1e-9)
     assert evaluate_run(run_of(move(motion, (0.31, 0.4)), motion))["success"] is False  # done, but 507 mm off
     # one arm straight forward instead of down: elbow and wrist move on quarter circles, the other 15 bodies stay
-    from simprep.humanoid import hinge_index
+    from simprep.humanoid import humanoid
 
     still = rigid_motion(np.zeros((61, 3)), 60.0)
     qpos = still.qpos.copy()
-    qpos[:, 7 + hinge_index("left_shoulder_flexion")] = np.pi / 2
+    qpos[:, 7 + humanoid().joint("left_shoulder_flexion")] = np.pi / 2
     upper, forearm = 0.28316, 0.27029
     arm = evaluate_run(run_of(Motion(qpos, 60.0, still.contacts), still))
     assert arm["mpjpe_mm"] == pytest.approx(1e3 * np.sqrt(2) * (upper + (upper + forearm)) / 17, rel=1e-4)
@@ -129,7 +129,7 @@ def test_timestep_does_not_matter():
 
 def _torque(motion):
     middle = (motion.times[1:] + motion.times[:-1]) / 2
-    return 60 * np.sin(9 * middle)[:, None] * np.ones(HINGE_COUNT)
+    return 60 * np.sin(9 * middle)[:, None] * np.ones(len(motion.character.joints))
 
 
 def test_ten_seconds_take_well_under_one():

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simprep.humanoid import hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion
@@ -35,11 +35,11 @@ def punch() -> Motion:
     phase = np.clip((np.arange(90) - MARKED) / 15, 0, 1)
     lunge = phase**3 * (10 - 15 * phase + 6 * phase**2)
     for name, angle in GUARD.items():
-        qpos[:, 7 + hinge_index(name)] = angle
+        qpos[:, 7 + humanoid().joint(name)] = angle
     for name, angle in PUNCH.items():
-        qpos[:, 7 + hinge_index(name)] += lunge * (angle - GUARD[name])
+        qpos[:, 7 + humanoid().joint(name)] += lunge * (angle - GUARD[name])
     for _ in range(2):
-        points = forward_kinematics(qpos).foot_points
+        points = forward_kinematics(qpos, humanoid()).foot_points
         qpos[:, 2] -= points[..., 2].min(axis=(1, 2))
     return Motion(qpos, FPS, np.ones((90, 2), bool), events={"target": MARKED}, name="punch", source="test")
 

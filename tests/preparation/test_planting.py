@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from simprep.character import SIDES
-from simprep.humanoid import hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.limb_ik import legs, solve_leg
 from simprep.motion.rotations import axis_rotation
@@ -25,18 +25,19 @@ def test_heading_is_what_is_left_of_a_foot_without_its_tilt():
 def test_a_foot_that_an_ankle_limit_tilts_keeps_the_point_that_carries_it():
     """On tiptoe the pelvis sways sideways until ankles meet their inversion limit: ankles could stay, toes would not."""
     fps, count = 60.0, 60
-    qpos = np.tile(humanoid().standing_qpos.copy(), (count, 1))
+    character = humanoid()
+    qpos = np.tile(character.standing_qpos, (count, 1))
     for side in SIDES:
         for name, angle in (("hip_flexion", 0.6), ("knee_flexion", 1.3), ("ankle_dorsiflexion", -0.7)):
-            qpos[:, 7 + hinge_index(f"{side}_{name}")] = angle
-    qpos[:, 2] -= forward_kinematics(qpos).foot_points[..., 2].min()
+            qpos[:, 7 + character.joint(f"{side}_{name}")] = angle
+    qpos[:, 2] -= forward_kinematics(qpos, character).foot_points[..., 2].min()
     qpos[:, 1] += 0.2 * np.sin(np.pi * np.arange(count) / (count - 1)) ** 2
     contacts = np.ones((count, 2), dtype=bool)
     spread = []
     for yielding in (False, True):
         standing = Standing(turning=np.zeros((count, 2)), yielding=yielding)
-        made = plant_feet(qpos, None, contacts, np.ones(count), np.zeros(2), fps, standing=standing)
-        for leg in legs():
+        made = plant_feet(qpos, None, contacts, np.ones(count), np.zeros(2), fps, character, standing=standing)
+        for leg in legs(character):
             angles = made.qpos[:, 7 + leg.hinges]
             assert (angles >= leg.low).all()
             assert (angles <= leg.high).all()
@@ -48,7 +49,7 @@ def test_a_foot_that_an_ankle_limit_tilts_keeps_the_point_that_carries_it():
 
 def test_a_knee_does_not_swing_round_where_foot_and_leg_are_in_line():
     """A toe that circles about the line of the leg would take the knee axis with it; the hint holds it."""
-    leg = legs()[0]
+    leg = legs(humanoid())[0]
     count = 90
     angle = np.linspace(0, 2 * np.pi, count)
     tilt = np.stack([0.05 * np.cos(angle), 0.05 * np.sin(angle), np.zeros(count)], axis=-1)

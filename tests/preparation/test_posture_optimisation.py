@@ -6,16 +6,13 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from simprep.humanoid import LOWER_BODY_HINGES, N_QPOS
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion
 from simprep.motion.motion import Motion
-from simprep.preparation.posture_problem import N_UPPER, PostureFrame, PostureProblem
+from simprep.preparation.posture_problem import PostureFrame, PostureProblem
 from simprep.preparation.prepare import Preparation, Record, prepare
 from simprep.preparation.settings import PreparationSettings
-
-UPPER = slice(7, 7 + N_UPPER)
 
 
 def problem_at(motion: Motion, frame: int, settings=None) -> tuple[PostureProblem, PostureFrame]:
@@ -30,12 +27,12 @@ def test_gradient_agrees_with_finite_differences(walk):
     rng = np.random.default_rng(0)
     for frame in (5, 20, 41):
         problem, posture = problem_at(walk, frame)
-        hinges = np.clip(posture.hinges + rng.normal(0, 0.15, N_UPPER), problem.low, problem.high)
+        hinges = np.clip(posture.hinges + rng.normal(0, 0.15, posture.hinges.shape), problem.low, problem.high)
         gradient, curvature = problem.gradient(posture, hinges)
         h = 1e-6
         numeric = [
             (problem.costs(posture, hinges + h * e).total - problem.costs(posture, hinges - h * e).total) / (2 * h)
-            for e in np.eye(N_UPPER)
+            for e in np.eye(len(posture.hinges))
         ]
         np.testing.assert_allclose(gradient, numeric, atol=1e-7)
         assert np.linalg.eigvalsh(curvature).min() > 0
@@ -47,8 +44,8 @@ def test_terms_are_those_of_the_paper(walk):
     changed = posture.hinges + 0.1
     costs = problem.costs(posture, changed)
     qpos = np.tile(walk.qpos[10], (2, 1))
-    qpos[1, UPPER] = changed
-    now, past = forward_kinematics(qpos), forward_kinematics(walk.qpos[8:10])
+    qpos[1, problem.columns] = changed
+    now, past = (forward_kinematics(poses, walk.character) for poses in (qpos, walk.qpos[8:10]))
     moved = np.linalg.norm(now.xipos[1] - now.xipos[0], axis=1)
     jump = np.linalg.norm(now.xipos[1] - 2 * past.xipos[1] + past.xipos[0], axis=1)
     centre = np.array([0.3, -0.1]) + walk.qpos[10, :2]
@@ -74,7 +71,7 @@ def test_descent_never_raises_the_cost_and_keeps_limits_and_step_count(walk):
     for max_steps in (0, 1, 10):
         problem, posture = problem_at(walk, 12, PreparationSettings(max_steps=max_steps))
         for _ in range(5):
-            start = np.clip(posture.hinges + rng.normal(0, 0.3, N_UPPER), problem.low, problem.high)
+            start = np.clip(posture.hinges + rng.normal(0, 0.3, posture.hinges.shape), problem.low, problem.high)
             best, steps = problem.minimise(posture, start)
             assert problem.costs(posture, best).total <= problem.costs(posture, start).total
             assert (problem.low <= best).all()
@@ -104,7 +101,7 @@ def reductions(prepared: Preparation, blended: Preparation, frames, joint_weight
             method="L-BFGS-B",
             options={"maxiter": 2000, "maxfun": 5000, "ftol": 1e-12, "gtol": 1e-8, "maxcor": 30},
         )
-        result = problem.costs(posture, prepared.motion.qpos[frame, UPPER]).total
+        result = problem.costs(posture, prepared.motion.qpos[frame, problem.columns]).total
         descent = problem.costs(posture, problem.minimise(posture, start)[0]).total
         rows.append(problem.costs(posture, posture.hinges).total - np.array([result, descent, best.fun]))
     return np.array(rows)
@@ -135,7 +132,8 @@ def check_acceptance(locomotion: Motion, target: Motion, alpha: float) -> None:
     assert (gain[:, 3] > -0.002).all()  # where the centre jumps to the COM's other side there is nothing to gain ...
     assert (gain[:, 3] > 0).mean() > 0.9  # ... but the change of posture has to pass through
     assert (record.steps <= 10).all()
-    moved = forward_kinematics(prepared.motion.qpos).foot_points - forward_kinematics(blended.motion.qpos).foot_points
+    after, before = (forward_kinematics(made.motion.qpos, made.motion.character) for made in (prepared, blended))
+    moved = after.foot_points - before.foot_points
     assert np.abs(moved).max() == 0.0
     found = reductions(prepared, blended, range(5, frames, 13), record.settings.joint_weight)
     assert (found[:, 1] >= 0.9 * found[:, 2]).all()  # every frame, within 10 steps from the blended posture
@@ -195,7 +193,21 @@ def test_skipped_below_the_threshold_and_eased_in_above(walk, punch):
     at = int(np.argmax(alpha >= 0.3))
     assert change[at] < 0.02 < np.abs(hard - blended)[at].max()  # rad: no jump at the threshold
     assert (prepared[:, :7] == blended[:, :7]).all()
-    assert (prepared[:, N_QPOS - len(LOWER_BODY_HINGES) :] == blended[:, N_QPOS - len(LOWER_BODY_HINGES) :]).all()
+    legs = 7 + walk.character.lower_joints
+    assert (prepared[:, legs] == blended[:, legs]).all()
+
+
+def test_only_balancing_joints_move_and_without_any_nothing_does(walk, punch):
+    def prepared(balancing: tuple[str, ...], optimise: bool = True) -> np.ndarray:
+        character = replace(walk.character, balancing=balancing)
+        pair = (replace(motion, character=character) for motion in (walk, punch))
+        return prepare(*pair, 0.6, optimise=optimise).motion.qpos
+
+    blended = prepared((), optimise=False)
+    np.testing.assert_array_equal(prepared(()), blended)
+    some = ("right_shoulder_flexion", "lumbar_bending", "thorax_flexion")  # in any order
+    moved = (prepared(some) != blended).any(axis=0)
+    assert set(np.flatnonzero(moved)) == {7 + walk.character.joint(name) for name in some}
 
 
 def test_without_our_smoothing_every_frame_comes_closer_to_the_raw_support_centre(walk, punch):

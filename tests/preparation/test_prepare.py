@@ -7,7 +7,7 @@ import pytest
 
 from simprep import prepare as exported
 from simprep.errors import MotionError, SettingError, UnknownNameError
-from simprep.humanoid import hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.library import library_motion
 from simprep.motion.contacts import stances
 from simprep.motion.edit import move, yaw
@@ -85,7 +85,7 @@ def test_supporting_feet_slide_no_more_than_in_the_locomotion(walk, punch, alpha
     prepared = prepare(walk, punch, alpha, duration=3.0, optimise=False)
     assert slide(prepared.motion) <= slide(extend(walk, len(prepared.motion))) + 1e-3
     assert prepared.record.foot_error.max() < 1e-3
-    assert forward_kinematics(prepared.motion.qpos).foot_points[..., 2].min() > -1e-3
+    assert forward_kinematics(prepared.motion.qpos, prepared.motion.character).foot_points[..., 2].min() > -1e-3
 
 
 def test_feet_neither_jump_nor_bounce_when_contacts_change(walk, punch):
@@ -93,7 +93,7 @@ def test_feet_neither_jump_nor_bounce_when_contacts_change(walk, punch):
     own = extend(walk, len(prepared))
 
     def largest_jump(motion):
-        return np.abs(np.diff(forward_kinematics(motion.qpos).foot_points, n=2, axis=0)).max()
+        return np.abs(np.diff(forward_kinematics(motion.qpos, motion.character).foot_points, n=2, axis=0)).max()
 
     assert largest_jump(prepared) < 1.5 * largest_jump(own)
 
@@ -143,7 +143,7 @@ def test_scenario_arms_share_timing_and_the_end(walk, punch):
         np.testing.assert_allclose(motion.qpos[-1, 7:32], punch.qpos[-1, 7:32], atol=1e-9)
         step = np.abs(np.diff(motion.qpos[:, 7:], n=2, axis=0))[launch - 5 : launch + 25].max()
         assert step <= 1.05 * own, f"{arm} jumps by {step} rad at the launch"
-        points = forward_kinematics(motion.qpos).foot_points
+        points = forward_kinematics(motion.qpos, motion.character).foot_points
         assert points[..., 2].min() > -0.005
     speed = {
         arm: np.linalg.norm(r.motion.qpos[launch - 1, :2] - r.motion.qpos[launch - 4, :2]) * 20
@@ -151,7 +151,7 @@ def test_scenario_arms_share_timing_and_the_end(walk, punch):
     }
     assert speed["none"] > 0.8
     assert max(speed["blended"], speed["optimised"], speed["traditional"]) < 0.01
-    elbow = 7 + hinge_index("left_elbow_flexion")
+    elbow = 7 + humanoid().joint("left_elbow_flexion")
     assert results["blended"].motion.qpos[50, elbow] > results["traditional"].motion.qpos[50, elbow] + 0.2
 
 
@@ -194,7 +194,7 @@ def test_errors_say_what_to_do(walk, punch):
 @pytest.mark.parametrize("name", ["kick_front", "crawl", "duck", "jump"])
 def test_half_prepared_scenarios_of_built_in_targets_stay_on_the_floor(walk, name):
     motion = scenario(walk, library_motion(name), 0.5, "optimised")
-    points = forward_kinematics(motion.qpos).foot_points
+    points = forward_kinematics(motion.qpos, motion.character).foot_points
     assert points[..., 2].min() > -0.005
     assert motion.events["rise"] < motion.events["launch"] < motion.events["target"] + 1
     on_floor = points[..., 2].min(axis=2)[motion.contacts]

@@ -25,7 +25,7 @@ JAB = Label(move="L-L", left_punch="fwdbwd").code
 def make_fight(a, b, frames=600, fps=60.0):
     """A fight of standing people whose actions are (first frame, label) ..."""
     qpos = np.tile(humanoid().standing_qpos.copy(), (frames, 1))
-    away = qpos + np.array([1.2] + [0.0] * 43)
+    away = qpos + np.array([1.2] + [0.0] * (qpos.shape[-1] - 1))
     stream = DuelStream(tuple(Motion(poses, fps, np.ones((frames, 2), bool)) for poses in (qpos, away)))
     actions = []
     for player, own in enumerate((a, b)):

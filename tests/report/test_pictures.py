@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import SettingError
-from simprep.humanoid import hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion
 from simprep.report.figures import plot_blending_curves, plot_com_and_support, plot_margins, support_margin
 from simprep.report.film_strip import HEADER_PX, Row, Stage, StripSettings, film_strip, save_film_strip
@@ -35,7 +35,7 @@ def stand():
 
 def with_arm_raised(motion):
     qpos = motion.qpos.copy()
-    qpos[:, 7 + hinge_index("right_shoulder_flexion")] = np.linspace(0, 1.5, len(qpos))
+    qpos[:, 7 + humanoid().joint("right_shoulder_flexion")] = np.linspace(0, 1.5, len(qpos))
     return replace(motion, qpos=qpos)
 
 
@@ -72,7 +72,7 @@ def test_a_row_that_ends_early_is_greyed(can_draw, stand):
 
 
 def test_others_are_drawn_tinted_and_the_picture_widens_to_hold_them(can_draw, stand):
-    far = replace(stand, qpos=stand.qpos + np.eye(44)[0] * 3.0)
+    far = replace(stand, qpos=stand.qpos + np.eye(stand.qpos.shape[1])[0] * 3.0)
     settings = replace(SMALL, note="two of them")
     strip = film_strip([Row("alone", stand), Row("two", stand, others=(far,))], settings)
     assert strip.shape == (2 * (HEADER_PX + 72) + 2 * HEADER_PX, 180, 3)
@@ -133,7 +133,7 @@ def test_support_margin_of_standing(stand):
     lifted = replace(stand, contacts=np.zeros((31, 2), bool))
     assert np.isnan(support_margin(lifted)[1]).all()
     back_bent = stand.qpos.copy()
-    back_bent[:, 7 + hinge_index("lumbar_flexion")] = -0.4
+    back_bent[:, 7 + humanoid().joint("lumbar_flexion")] = -0.4
     assert (support_margin(replace(stand, qpos=back_bent))[1] < margin).all()
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from simprep.cli.main import main
 from simprep.errors import SettingError, UnknownNameError
-from simprep.humanoid import HINGES, hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.run import BodyRun, Run
 from simprep.study.plan import ARMS, StudyPlan
@@ -28,7 +28,7 @@ def fake_scenario(locomotion, target, profile, arm, *args, **kwargs):
     alpha = profile.level
     lean = {"none": 0.3, "traditional": 0.25 * alpha, "blended": 0.2 * alpha, "optimised": 0.09 * alpha}[arm]
     qpos = locomotion.qpos.copy()
-    qpos[:, 7 + hinge_index("lumbar_flexion")] = -lean
+    qpos[:, 7 + humanoid().joint("lumbar_flexion")] = -lean
     name = f"{target.name}_{arm}"
     return replace(locomotion, qpos=qpos, name=name, events={"launch": 15})
 
@@ -44,15 +44,16 @@ class FakeTrack:
         if len(self.calls) == self.interrupt_at:
             raise KeyboardInterrupt
         self.calls.append((motion.name, controller, seed))
-        lean = -motion.qpos[0, 7 + hinge_index("lumbar_flexion")]
+        lean = -motion.qpos[0, 7 + humanoid().joint("lumbar_flexion")]
         fell = controller == "pd" and lean > 0.15
         steps = (FRAMES - 1) // (2 if fell else 1)
-        zeros = np.zeros((steps, len(HINGES)))
+        character = motion.character
+        zeros, limits = np.zeros((steps, len(character.joints))), np.ones(len(character.joints))
         if progress:
             progress(0.5)
         body = BodyRun(
-            reference=motion, qpos=motion.qpos[: steps + 1], qvel=np.zeros((steps + 1, 43)),
-            reference_qvel=np.zeros((steps + 1, 43)), target=zeros, torque=zeros, torque_limit=np.ones(len(HINGES)),
+            reference=motion, qpos=motion.qpos[: steps + 1], qvel=np.zeros((steps + 1, character.nv)),
+            reference_qvel=np.zeros((steps + 1, character.nv)), target=zeros, torque=zeros, torque_limit=limits,
             ground_force=np.zeros((steps, 3)), foot_force=np.zeros((steps, 2, 3)),
             centre_of_pressure=np.zeros((steps, 2)), foot_contact=np.ones((steps, 2), bool), penetration=np.zeros(steps),
         )  # fmt: skip

@@ -105,7 +105,8 @@ class DuelLabel:
             output.say(f"written: {written}")
             result |= {"annotated": len(done), "warnings": list(output.warnings), "out": str(written)}
             if len(done) >= 4:
-                scores = cross_validate(features[done], annotations.qualifiers, np.random.default_rng(self.seed))
+                rng, character = np.random.default_rng(self.seed), stream.players[0].character
+                scores = cross_validate(features[done], annotations.qualifiers, character, rng)
                 result["cross_validation"] = _print_scores(output, scores, len(done))
         chosen = propose(features, done, margins, self.count)
         known = None if labels is None else decode(labels.codes)[chosen][:, : len(LEARNED_ASPECTS)]

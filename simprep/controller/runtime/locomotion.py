@@ -123,7 +123,7 @@ class LocomotionStream:
         x, y = turned(cycle.motion.qpos[frame % len(cycle.motion), :2], turn)
         self._next = frame  # frame of the core node that comes next
         self._turn, self._shift = turn, np.array([place[0] - x, place[1] - y])  # placement of the current cycle
-        self._qpos = np.empty((0, 44))
+        self._qpos = np.empty((0, self.character.nq))
         self._contacts = np.empty((0, 2), dtype=bool)
         self._trend = np.empty(0)
         self._phase: list[tuple[str, int]] = []

@@ -15,7 +15,6 @@ from simprep.controller.alpha_filter import filter_kernel
 from simprep.controller.influence import style_from_vectors, style_vector
 from simprep.controller.runtime.locomotion import CoreNodes, LocomotionStream
 from simprep.errors import SettingError
-from simprep.humanoid import UPPER_BODY_HINGES
 from simprep.motion.curves import dying_away
 from simprep.motion.motion import Motion
 from simprep.preparation.blending import joint_weights
@@ -92,7 +91,7 @@ class Performer:
         self._styles = np.repeat(style_vector(first)[None], self._memory, axis=0)
         self._last: Synthesis | None = None
         self._last_start = 0
-        self._qpos = np.empty((0, 44))
+        self._qpos = np.empty((0, self.stream.character.nq))
         self._contacts = np.empty((0, 2), dtype=bool)
         self.level = np.empty(0)
         self.synthesis_s = 0.0
@@ -136,7 +135,7 @@ class Performer:
         source = self.stream.window(begin, len(self) + len(commands))
         level = self._filtered(self._commands, commands)[-len(source.qpos) :]
         shares = self._filtered(self._share, np.full(len(commands), share))[-len(source.qpos) :]
-        weight, _ = joint_weights(level, self.settings.preparation)
+        weight, _ = joint_weights(level, self.stream.character, self.settings.preparation)
         seam = Seam() if self._last is None else self._last.seam(begin - self._last_start)
         tilt = style_from_vectors(self._styles[-1]).qpos
         root = blend_root(source.qpos[:, :7], tilt, weight * shares, source.trend, (seam.lag, seam.lost))
@@ -205,8 +204,8 @@ class Performer:
     def _join(self, qpos: Array, window: Array) -> None:
         """Let what differs from the frames already shown die away, in place: hinges and root height."""
         shown, made = self._qpos[-len(window) :], qpos[:, 7:].copy()
-        upper = np.arange(7, 7 + len(UPPER_BODY_HINGES))
-        lower = np.r_[2, 7 + len(UPPER_BODY_HINGES) : 44]
+        character = self.stream.character
+        upper, lower = 7 + character.upper_joints, np.r_[2, 7 + character.lower_joints]
         for columns, share in ((upper, 1.0), (lower, 0.5)):
             gap = (shown - window)[:, columns]
             slope = gap[-1] - gap[-2] if len(gap) > 1 else np.zeros(len(columns))

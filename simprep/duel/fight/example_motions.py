@@ -19,7 +19,6 @@ from simprep.duel.model.tracks import pair_tracks
 from simprep.duel.model.transition_model import DuelModel
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError
-from simprep.humanoid import FEET
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import rotation_matrix
 from simprep.preparation.planting import foot_heading
@@ -38,7 +37,7 @@ class Excerpt:
     """Frames of a recording around an action.
 
     Attributes:
-        qpos: (F, 44) poses.
+        qpos: (F, nq) poses.
         contacts: (F, 2) supporting feet.
         turning: (F, 2) headings of the feet, see `ExampleMotions` [rad].
     """
@@ -58,7 +57,7 @@ class ExampleMotions:
         actions: all actions; the first `known` are B of the model, frames are counted over all recordings.
         known: number of actions in B.
         bounds: (clips, 2) first frame of every clip and the frame after its last.
-        qpos: (2, T, 44) poses of both players, noise taken out.
+        qpos: (2, T, nq) poses of both players, noise taken out.
         contacts: (2, T, 2) supporting feet.
         turning: (2, T, 2) headings of the feet without wobbling, for their changes [rad].
         moments: (A,) frame of each action's greatest contact force, its interaction moment.
@@ -209,7 +208,7 @@ def _examples(stream: DuelStream, actions: ActionList, basis: PoseBasis, fps: fl
         kinematics = forward_kinematics(qpos, motion.character)
         poses.append(qpos)
         contacts.append(motion.contacts)
-        heading = foot_heading(rotation_matrix(kinematics.xquat[:, FEET]))
+        heading = foot_heading(rotation_matrix(kinematics.xquat[:, motion.character.feet]))
         turning.append(np.concatenate([_turning(heading[first:after], stream.fps) for first, after in bounds]))
         both.append(kinematics)
         force = contact_force(kinematics.com, stream.fps, bounds)

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 
 from simprep.duel.fight.fight import FightAction
 from simprep.duel.model.action_features import ActionSummaries
-from simprep.humanoid import N_QPOS
 from simprep.motion.kinematics import Kinematics
 
 FloatArray = NDArray[np.float64]
@@ -34,7 +33,7 @@ class FighterTrack:
     """What one fighter has done and will do until the end of the current action; grows as the fight goes on."""
 
     def __init__(self) -> None:
-        self.qpos = np.empty((0, N_QPOS))
+        self.qpos = np.empty((0, 0))
         self.contacts = np.empty((0, 2), dtype=bool)
         self.com = np.empty((0, 2))
         self.lift = np.empty((0, 2))

@@ -13,7 +13,7 @@ NOBODY = -1
 GRACE_S = 0.1
 """An attack may land this much after its action has ended [s]: a simulated limb comes a little later than planned."""
 STRIKING = {"hand": "punch", "forearm": "punch", "foot": "kick", "shank": "kick"}
-"""Segments that strike, and what with; labels do not tell knee strikes from kicks, so thighs do not count."""
+"""Parts that strike, and what with; labels do not tell knee strikes from kicks, so thighs do not count."""
 ARMS = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand"))
 
 
@@ -38,7 +38,7 @@ class JudgedContact(BodyContact):
 
 
 def striking_aspect(part: str) -> str:
-    """Label aspect of the attacks that strike with a body part; empty if none does."""
+    """Label aspect of the attacks that strike with a part (`Character.parts`); empty if none does."""
     side, _, segment = part.partition("_")
     return f"{side}_{STRIKING[segment]}" if segment in STRIKING else ""
 
@@ -62,7 +62,8 @@ def judge(contacts: Sequence[BodyContact], fight: Fight) -> tuple[JudgedContact,
 
 def _judged(contact: BodyContact, fight: Fight) -> JudgedContact:
     claims = []
-    parts = contact.parts
+    characters = (motion.character for motion in fight.stream.players)
+    parts = [one.parts[one.segments.index(name)] for one, name in zip(characters, contact.parts, strict=True)]
     whole = {one.name: getattr(contact, one.name) for one in fields(BodyContact)}
     for player in (0, 1):
         aspect = striking_aspect(parts[player])

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 from simprep.character import SIDES
 from simprep.duel.fight.fight import Fight
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, PUNCHES, Label
-from simprep.humanoid import BODIES, UPPER_BODY_HINGES
 from simprep.motion.curves import smooth_step
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
@@ -23,11 +22,9 @@ from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 FADE_S = 0.15
 """Time over which the fist of a punch is brought back to its path before the punch begins, and let go after it [s]."""
-REACHING_JOINTS = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
 _STEPS = 8
 _DAMPING = 1e-4  # [m^2]: keeps nearly straight arms from flailing
 _EXACT_M = 5e-4
-_HANDS = tuple(BODIES.index(f"{side}_hand") for side in SIDES)
 
 FloatArray = NDArray[np.float64]
 
@@ -98,14 +95,15 @@ def _optimise(motion: Motion, weight: FloatArray, settings: PreparationSettings)
     found = optimise_postures(
         motion.qpos, before.com, centre, np.ones(len(motion)), motion.fps, motion.character, settings, measure=False
     )
-    fists = before.xipos[:, _HANDS]
+    hands = [motion.character.segment(f"{side}_hand") for side in SIDES]
+    fists = before.xipos[:, hands]
     qpos = _reach(motion, found.qpos, fists, weight)
     after = forward_kinematics(qpos, motion.character)
-    moved = np.linalg.norm(after.xipos[:, _HANDS] - fists, axis=-1)
+    moved = np.linalg.norm(after.xipos[:, hands] - fists, axis=-1)
     supported = np.isfinite(centre[:, 0])
     lean = [np.linalg.norm((one.com[:, :2] - centre)[supported], axis=1) for one in (before, after)]
     striking = moved[weight == 1]
-    legs = np.r_[0:7, 7 + len(UPPER_BODY_HINGES) : motion.qpos.shape[1]]
+    legs = np.r_[0:7, 7 + motion.character.lower_joints]
     change = PostureChange(
         com_cos_before_mm=1e3 * _mean(lean[0]),
         com_cos_after_mm=1e3 * _mean(lean[1]),
@@ -118,21 +116,24 @@ def _optimise(motion: Motion, weight: FloatArray, settings: PreparationSettings)
 
 
 def _reach(motion: Motion, qpos: FloatArray, fists: FloatArray, weight: FloatArray) -> FloatArray:
-    """Bring fists towards where they were, by damped least squares in the shoulder and elbow (Buss 2004, section 5).
+    """Bring fists towards where they were, by damped least squares in the arm (Buss 2004, section 5).
+
+    Those of its joints that a planner may leave out (`fused`: wrist and forearm) do not help to reach and stay.
 
     Args:
         motion: body.
-        qpos: (T, 44) postures to change.
+        qpos: (T, nq) postures to change.
         fists: (T, 2, 3) where the hands' centres should be at weight 1, world [m].
         weight: (T, 2) how much.
     """
-    model = motion.character.model
+    character = motion.character
+    model = character.model
     data = mujoco.MjData(model)
     out = qpos.copy()
     jacobian = np.zeros((3, model.nv))
     for hand, side in enumerate(SIDES):
-        body = 1 + _HANDS[hand]
-        joints = [model.joint(f"{side}_{name}") for name in REACHING_JOINTS]
+        body = 1 + character.segment(f"{side}_hand")
+        joints = [model.joint(name) for name in character.group(f"{side}_arm") if name not in character.fused]
         at = np.array([joint.qposadr[0] for joint in joints])
         dof = np.array([joint.dofadr[0] for joint in joints])
         low, high = model.jnt_range[[joint.id for joint in joints]].T

@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial.transform import Rotation
 
-from simprep.character import SIDES, Character
+from simprep.character import Character
 from simprep.errors import SettingError
-from simprep.humanoid import FEET, LEG_JOINTS, hinge_index, humanoid
 from simprep.motion.contacts import stances
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -75,7 +74,7 @@ GONE_M, MOMENT_S = 0.03, 0.1
 """A leg that misses its place by more than this [m] for no longer than this passes from the last one to the next [s]."""
 LOOSE = 0.25
 """Half of the difference in heading is left to a standing foot where it is this large [rad]."""
-_DORSIFLEXION = [7 + hinge_index(f"{side}_ankle_dorsiflexion") for side in SIDES]
+_ANKLE = 4  # of the hinges in the order of `solve_leg`: turns the foot about y, its heel up
 
 
 @dataclass(frozen=True)
@@ -83,7 +82,7 @@ class Seam:
     """A fighter at the moment when the next action takes over.
 
     Attributes:
-        poses: (3, 44) the frame before, this one, and the one that would have followed.
+        poses: (3, nq) the frame before, this one, and the one that would have followed.
         contacts: (2,) feet that stand.
         lift: (2,) height of their soles [m].
     """
@@ -98,7 +97,7 @@ class Stitched:
     """An action as performed.
 
     Attributes:
-        qpos: (F, 44), the first frame being the seam's pose.
+        qpos: (F, nq), the first frame being the seam's pose.
         contacts: (F, 2) supporting feet.
         kinematics: of the poses.
         miss: (F, 2) distance of each ankle from where it should be [m].
@@ -114,13 +113,13 @@ def inertialise(seam: FloatArray, target: FloatArray, before: FloatArray, frames
     """A motion that begins with given pose, velocity and acceleration and becomes the target.
 
     Args:
-        seam: (3, 44) poses before, at and after the first frame, of what goes on.
-        target: (F, 44) poses, F at least 2.
-        before: (44,) pose before the target's first one.
+        seam: (3, nq) poses before, at and after the first frame, of what goes on.
+        target: (F, nq) poses, F at least 2.
+        before: (nq,) pose before the target's first one.
         frames: after so many nothing of the difference is left.
 
     Returns:
-        (F, 44) poses.
+        (F, nq) poses.
     """
     ends = np.stack([before, target[0], target[1]])
     offset = _difference(target[0], seam[1])
@@ -144,7 +143,7 @@ def inertialise(seam: FloatArray, target: FloatArray, before: FloatArray, frames
 
 
 def _difference(a: FloatArray, b: FloatArray) -> FloatArray:
-    """(43,) from pose a to pose b: position, rotation vector in the world, hinges."""
+    """(nv,) from pose a to pose b: position, rotation vector in the world, hinges."""
     return np.concatenate([b[:3] - a[:3], rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]])
 
 
@@ -213,20 +212,20 @@ def stitch(
     turning: FloatArray,
     length: int,
     fps: float,
-    character: Character = humanoid(),
+    character: Character,
     settings: StitchSettings = DEFAULT_STITCH,
 ) -> Stitched:
     """Perform an action from a seam on.
 
     Args:
         seam: where it begins.
-        target: (F, 44) the example, placed.
-        before: (44,) pose before the first one, placed.
+        target: (F, nq) the example, placed.
+        before: (nq,) pose before the first one, placed.
         contacts: (F, 2) of the example.
         turning: (F, 2) headings of the example's feet: standing feet pivot by their changes [rad].
         length: frames of the action; F may be more.
         fps: frames per second [1/s].
-        character: the humanoid.
+        character: whose poses they are.
         settings: times.
     """
     planned = plan_contacts(contacts, seam, fps, settings)
@@ -248,7 +247,7 @@ def stitch(
 def _feet(qpos: FloatArray, character: Character) -> tuple[FloatArray, FloatArray]:
     """Ankles on the floor (F, 2, 2) [m] and headings (F, 2) [rad] of the feet."""
     found = forward_kinematics(qpos, character)
-    return found.xpos[:, FEET, :2], foot_heading(rotation_matrix(found.xquat[:, FEET]))
+    return found.xpos[:, character.feet, :2], foot_heading(rotation_matrix(found.xquat[:, character.feet]))
 
 
 def follow(turning: FloatArray, heading: FloatArray, contacts: BoolArray) -> FloatArray:
@@ -276,18 +275,18 @@ def plant(
     contacts: BoolArray,
     turning: FloatArray,
     fps: float,
-    character: Character = humanoid(),
+    character: Character,
     ease_s: float = 0.0,
     landing: FloatArray | None = None,
 ) -> Stitched:
     """A motion whose standing feet stay where they are in its first frame, or where they land.
 
     Args:
-        qpos: (F, 44) poses.
+        qpos: (F, nq) poses.
         contacts: (F, 2) supporting feet.
         turning: (F, 2) headings of the feet: standing feet pivot by their changes [rad].
         fps: frames per second [1/s].
-        character: the humanoid.
+        character: whose poses they are.
         ease_s: time within which the pelvis may begin to sink so that legs reach; 0 where the first frame is free [s].
         landing: (F, 2, 4) corrections with which feet land (`preparation.planting.Standing`); None: where `qpos` has them.
     """
@@ -296,8 +295,10 @@ def plant(
     speed = np.abs(np.gradient(turning, 1 / fps, axis=0)) * contacts
     pivots = maximum_filter1d(np.minimum(speed / PIVOTING, 1.0), 2 * round(HEEL_S * fps) + 1, axis=0, mode="nearest")
     lift = HEEL_UP * gaussian_filter1d(pivots, HEEL_S * fps, axis=0, mode="nearest") * start[:, None]
-    lowest = np.array([leg.low[LEG_JOINTS.index("ankle_dorsiflexion")] for leg in legs(character)])
-    qpos[:, _DORSIFLEXION] -= np.minimum(lift, np.maximum(qpos[:, _DORSIFLEXION] - lowest, 0.0))
+    for leg, wanted in zip(legs(character), lift.T):
+        column, sign = 7 + leg.hinges[_ANKLE], leg.sign[_ANKLE]
+        most = leg.high[_ANKLE] if sign > 0 else -leg.low[_ANKLE]
+        qpos[:, column] += sign * np.minimum(wanted, np.maximum(most - sign * qpos[:, column], 0.0))
     standing = Standing(ease_s, DEEPEST_M, turning, landing, yielding=True)
     made = _plant(qpos, contacts, fps, character, standing)
     lost = contacts & (made.miss > LOST_M)

@@ -123,7 +123,7 @@ class Bout:
         return self._tracks[player].current.action
 
     def pose(self, player: int, frame: int) -> FloatArray:
-        """Pose (44,) of a fighter at a frame up to the end of its current action."""
+        """Pose (nq,) of a fighter at a frame up to the end of its current action."""
         return np.array(self._tracks[player].qpos[frame])
 
     def situation(self, player: int) -> Situation:

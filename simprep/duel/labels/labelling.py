@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.character import Character
 from simprep.duel.labels.labels import LEARNED_ASPECTS, OTHERS, QUALIFIERS, Label, encode
 from simprep.duel.labels.pose_features import SAMPLES, motion_features
 from simprep.duel.labels.rules import move_rule, react_rule
 from simprep.duel.labels.segmentation import Cuts, stream_kinematics
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
-from simprep.humanoid import BODIES
 from simprep.motion.kinematics import Kinematics
 
 FloatArray = NDArray[np.float64]
@@ -60,9 +60,8 @@ def _mirrored(name: str) -> str:
     return f"{_SWAP.get(side, side)}{gap}{rest}"
 
 
-MIRROR_BODIES = np.array([BODIES.index(_mirrored(body)) for body in BODIES])
 MIRROR_ASPECTS = np.array([LEARNED_ASPECTS.index(_mirrored(aspect)) for aspect in LEARNED_ASPECTS])
-"""Source of each body and aspect in the mirror image."""
+"""Source of each aspect in the mirror image."""
 
 
 @dataclass(frozen=True)
@@ -131,13 +130,14 @@ def new_machine(settings: LabelSettings, features: int) -> Any:
 
 
 def train_labels(
-    features: FloatArray, qualifiers: IntArray, settings: LabelSettings = DEFAULT_SETTINGS
+    features: FloatArray, qualifiers: IntArray, character: Character, settings: LabelSettings = DEFAULT_SETTINGS
 ) -> LabelClassifier:
     """Learn the five aspects from annotated actions.
 
     Args:
         features: (N, F) of the annotated actions.
         qualifiers: (N, 5) their qualifier indices.
+        character: whose actions they are; says what left and right are.
         settings: of the machines.
 
     Returns:
@@ -154,7 +154,7 @@ def train_labels(
     if all(list(known[aspect]) == [QUALIFIERS[aspect].index(OTHERS)] for aspect in attacks):
         warnings.append("no annotated action is an attack: no action will be, nor a reaction to one")
     if settings.mirrored:
-        features = np.concatenate([features, mirror_features(features)])
+        features = np.concatenate([features, mirror_features(features, character)])
         qualifiers = np.concatenate([qualifiers, qualifiers[:, MIRROR_ASPECTS]])
     machines: dict[str, Any] = {}
     for column, aspect in enumerate(LEARNED_ASPECTS):
@@ -169,20 +169,29 @@ def train_labels(
     return LabelClassifier(machines, tuple(warnings))
 
 
-def mirror_features(features: FloatArray) -> FloatArray:
+def mirror_features(features: FloatArray, character: Character) -> FloatArray:
     """Features of the mirror image: left and right exchanged.
 
     Args:
-        features: (S, N * 54) as from `motion_features`.
+        features: (S, N * (3 + 3 J)) as from `motion_features`.
+        character: with J segments, whose actions they are.
     """
-    poses = features.reshape(len(features), -1, 3 + 3 * len(BODIES))
+    swap = character.mirror_segments
+    poses = features.reshape(len(features), -1, 3 + 3 * len(swap))
     root = poses[..., :3] * [1.0, -1.0, -1.0]
-    joints = poses[..., 3:].reshape(*poses.shape[:2], len(BODIES), 3)[:, :, MIRROR_BODIES] * [1.0, -1.0, 1.0]
+    joints = poses[..., 3:].reshape(*poses.shape[:2], len(swap), 3)[:, :, swap] * [1.0, -1.0, 1.0]
     return np.concatenate([root, joints.reshape(*poses.shape[:2], -1)], axis=-1).reshape(features.shape)
 
 
 def stream_features(cuts: Cuts, kinematics: tuple[Kinematics, Kinematics], samples: int = SAMPLES) -> FloatArray:
-    """Features (S, F) of all actions in the order of `Cuts.table`."""
+    """Features (S, F) of all actions in the order of `Cuts.table`.
+
+    Raises:
+        SettingError: two people with different segments, whose actions cannot be compared.
+    """
+    first, second = (one.xpos.shape[1] for one in kinematics)
+    if first != second:
+        raise SettingError(f"players of {first} and {second} segments; labels are learned from two with the same ones")
     parts = [motion_features(kinematics[player], cuts.segments(player), samples) for player in range(2)]
     return np.concatenate(parts)
 
@@ -278,7 +287,7 @@ def label_stream(
     """
     if features is None:
         features = stream_features(cuts, stream_kinematics(stream))
-    classifier = train_labels(features[rows], qualifiers, settings)
+    classifier = train_labels(features[rows], qualifiers, stream.players[0].character, settings)
     chosen, margins = classifier.predict(features)
     chosen[rows], margins[rows] = qualifiers, np.inf
     codes = label_codes(stream, cuts, chosen)

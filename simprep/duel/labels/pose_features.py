@@ -31,7 +31,7 @@ def motion_features(kinematics: Kinematics, segments: NDArray[np.int64], samples
         samples: poses per action.
 
     Returns:
-        (S, samples * 54): 3 of the root and 17 joint positions for every sampled pose.
+        (S, samples * (3 + 3 J)): 3 of the root and the positions of all J segments for every sampled pose.
     """
     return pose_features(kinematics.xpos, kinematics.xpos[:, 0], yaw(kinematics.xquat[:, 0]), segments, samples)
 

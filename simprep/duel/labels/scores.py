@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.character import Character
 from simprep.duel.labels.labelling import DEFAULT_SETTINGS, LabelSettings, train_labels
 from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
 from simprep.errors import SettingError
@@ -54,6 +55,7 @@ def score(truth: IntArray, labels: IntArray, qualifiers: tuple[str, ...]) -> Asp
 def cross_validate(
     features: FloatArray,
     qualifiers: IntArray,
+    character: Character,
     rng: np.random.Generator,
     folds: int = 5,
     settings: LabelSettings = DEFAULT_SETTINGS,
@@ -63,6 +65,7 @@ def cross_validate(
     Args:
         features: (N, F) of the annotated actions.
         qualifiers: (N, 5) their qualifier indices.
+        character: whose actions they are.
         rng: decides the folds.
         folds: number of folds, at most N.
         settings: of the machines.
@@ -79,7 +82,8 @@ def cross_validate(
     guessed = np.empty_like(qualifiers)
     for number in np.unique(fold):
         held = fold == number
-        guessed[held] = train_labels(features[~held], qualifiers[~held], settings).predict(features[held])[0]
+        classifier = train_labels(features[~held], qualifiers[~held], character, settings)
+        guessed[held] = classifier.predict(features[held])[0]
     return {
         aspect: score(qualifiers[:, column], guessed[:, column], QUALIFIERS[aspect])
         for column, aspect in enumerate(LEARNED_ASPECTS)

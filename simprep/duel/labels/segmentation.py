@@ -16,7 +16,7 @@ from scipy.signal import find_peaks
 
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import FEET, GRAVITY
+from simprep.humanoid import GRAVITY
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 
 FloatArray = NDArray[np.float64]
@@ -222,9 +222,10 @@ def segment_stream(
         forces.append(force)
         frames.append(minima)
         lift = player.foot_points[..., 2].min(axis=-1)  # (T, 2)
+        ankles = player.xpos[:, stream.players[number].character.feet]
         suspicious += [
             (number, int(frame), reason)
-            for frame, reason in _doubts(minima, prominences, lift, player.xpos[:, FEET], stream.fps, bounds, settings)
+            for frame, reason in _doubts(minima, prominences, lift, ankles, stream.fps, bounds, settings)
         ]
     cuts = Cuts((frames[0], frames[1]), bounds)
     return Segmentation(cuts, (forces[0], forces[1]), tuple(sorted(suspicious, key=lambda entry: entry[1])))

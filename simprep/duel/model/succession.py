@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from simprep.duel.labels.labels import ASPECTS, ATTACKING_QUALIFIERS, KICKS, QUALIFIERS, decode
 
-FEET = 3
+ENDINGS = 3
 """`move` counts first foot times last foot: L, R, F."""
 
 
@@ -36,5 +36,5 @@ def may_follow(own: ArrayLike, opponent: ArrayLike, candidates: ArrayLike) -> ND
     choices = QUALIFIERS["react"]
     react = np.where(kick, choices.index("kick"), np.where(punch, choices.index("punch"), choices.index("others")))
     move = ASPECTS.index("move")
-    same_foot = following[:, move] // FEET == mine[..., None, move] % FEET
+    same_foot = following[:, move] // ENDINGS == mine[..., None, move] % ENDINGS
     return np.asarray((following[:, ASPECTS.index("react")] == react[..., None]) & same_foot)

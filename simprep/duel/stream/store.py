@@ -4,9 +4,10 @@ from pathlib import Path
 from typing import Any
 
 from simprep.archive import open_archive, write_archive
+from simprep.character import Character
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MotionFileError
-from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, humanoid
+from simprep.humanoid import MODEL_NAME, MODEL_VERSION, humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.store import read_poses
 
@@ -25,13 +26,16 @@ def save_stream(stream: DuelStream, path: str | Path) -> Path:
         The path written.
 
     Raises:
-        MotionFileError: it cannot be written.
+        MotionFileError: it cannot be written, or a player is not our humanoid, the only one that the file can name.
     """
+    for player, motion in zip(PLAYERS, stream.players):
+        if not _is_ours(motion.character):
+            raise MotionFileError(path, f"player {player} is {motion.character}; the file holds {MODEL_NAME} only")
     header = {
         "schema": SCHEMA,
         "model": MODEL_NAME,
         "model_version": MODEL_VERSION,
-        "hinges": HINGES,
+        "hinges": stream.players[0].character.joints,
         "name": stream.name,
         "fps": stream.fps,
         "seams": stream.seams,
@@ -66,12 +70,19 @@ def read_stream(path: str | Path) -> DuelStream:
     """
     with open_archive(path, "two-person stream", SCHEMA, _HINTS) as (header, archive):
         model = (header["model"], header["model_version"])
-        if model != (MODEL_NAME, MODEL_VERSION) or tuple(header["hinges"]) != HINGES:
+        if model != (MODEL_NAME, MODEL_VERSION) or tuple(header["hinges"]) != humanoid().joints:
             raise MotionFileError(
                 path, f"poses of model {model[0]!r} version {model[1]!r}; valid: {MODEL_NAME!r} version {MODEL_VERSION}"
             )
         first, second = (_player(header, archive, number) for number in range(2))
         return DuelStream((first, second), tuple(header["seams"]), tuple(header["clips"]), header["name"])
+
+
+def _is_ours(character: Character) -> bool:
+    """Whether stature and mass say all about a character, as the file does."""
+    if character.name != MODEL_NAME or character.height_m is None or character.mass_kg is None:
+        return False
+    return character == humanoid(character.height_m, character.mass_kg)
 
 
 def _player(header: dict[str, Any], archive: Any, number: int) -> Motion:

@@ -7,11 +7,10 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.character import SIDES
+from simprep.character import SIDES, Character
 from simprep.duel.fight.hits import ARMS, striking_aspect
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS
 from simprep.duel.stream.stream import DuelStream
-from simprep.humanoid import BODIES
 from simprep.metrics.interaction.reactions import check_table, limb_attacks
 from simprep.motion.contacts import stances
 from simprep.physics.bodies import geom_owners, scene_bodies
@@ -28,26 +27,6 @@ IntArray = NDArray[np.int64]
 FloatArray = NDArray[np.float64]
 
 
-def _group(segment: str) -> int:
-    side, _, part = segment.partition("_")
-    if side not in SIDES:
-        return 0
-    limb = "arm" if part in ("upper_arm", "forearm", "hand") else "leg"
-    return GROUPS.index(f"{side} {limb}")
-
-
-GROUP_OF = np.array([_group(name) for name in BODIES])
-"""(17,) group of each segment."""
-
-
-STRIKING = {
-    aspect: tuple(index for index, name in enumerate(BODIES) if striking_aspect(name) == aspect)
-    for aspect in ATTACKING_QUALIFIERS
-}
-"""Segments that an attack strikes with, by aspect."""
-ARM_SEGMENTS = tuple(BODIES.index(name) for name in ARMS)
-
-
 @dataclass(frozen=True)
 class Overlaps:
     """Which segments of A and B overlap when; one row per pair of segments and frame.
@@ -55,7 +34,7 @@ class Overlaps:
     Attributes:
         frames: number of frames looked at.
         frame: (N,) rising.
-        segments: (N, 2) of A and of B, indices into `BODIES`.
+        segments: (N, 2) of A and of B, indices into their characters' `segments`.
         depth: (N,) of the deepest pair of geoms of these segments, above 0 [m].
     """
 
@@ -98,6 +77,7 @@ def overlaps(stream: DuelStream) -> Overlaps:
     bodies = scene_bodies(model)
     owner, segment = geom_owners(model, bodies)
     data = mujoco.MjData(model)
+    count_a, count_b = len(a.character.segments), len(b.character.segments)
     keys, depths = [], []
     for frame in range(len(stream)):
         place(model, data, bodies, (a.qpos[frame], b.qpos[frame]))
@@ -109,29 +89,29 @@ def overlaps(stream: DuelStream) -> Overlaps:
         geoms = data.contact.geom[found]
         swapped = owner[geoms[:, 0]] == 1
         pairs = segment[np.where(swapped[:, None], geoms[:, ::-1], geoms)]
-        keys.append((frame * len(BODIES) + pairs[:, 0]) * len(BODIES) + pairs[:, 1])
+        keys.append((frame * count_a + pairs[:, 0]) * count_b + pairs[:, 1])
         depths.append(-data.contact.dist[found])
     if not keys:
         return Overlaps(len(stream), np.empty(0, np.int64), np.empty((0, 2), np.int64), np.empty(0))
     rows, where = np.unique(np.concatenate(keys), return_inverse=True)
     depth = np.zeros(len(rows))
     np.maximum.at(depth, where, np.concatenate(depths))
-    frames, rest = np.divmod(rows.astype(np.int64), len(BODIES) ** 2)
-    return Overlaps(len(stream), frames, np.stack(np.divmod(rest, len(BODIES)), axis=1), depth)
+    frames, rest = np.divmod(rows.astype(np.int64), count_a * count_b)
+    return Overlaps(len(stream), frames, np.stack(np.divmod(rest, count_b), axis=1), depth)
 
 
-def recorded_contacts(contacts: Sequence[BodyContact], frames: int, fps: float) -> Overlaps:
+def recorded_contacts(contacts: Sequence[BodyContact], stream: DuelStream) -> Overlaps:
     """Contacts that a simulation recorded, on the frames of a fight; none is too short to be on one.
 
     Args:
         contacts: of the run.
-        frames: of the fight, as far as it was simulated.
-        fps: its frames per second [1/s].
+        stream: both fighters, as far as they were simulated.
     """
-    rows = []
+    rows, frames, fps = [], len(stream), stream.fps
+    names_a, names_b = (motion.character.segments for motion in stream.players)
     for one in contacts:
         first, last = (min(int(fps * time), frames - 1) for time in (one.start_s, one.start_s + one.duration_s))
-        pair = BODIES.index(one.parts[0]), BODIES.index(one.parts[1])
+        pair = names_a.index(one.parts[0]), names_b.index(one.parts[1])
         rows += [(frame, *pair, one.depth) for frame in range(first, last + 1)]
     table = np.array(sorted(rows), dtype=np.float64).reshape(-1, 4)
     return Overlaps(frames, table[:, 0].astype(np.int64), table[:, 1:3].astype(np.int64), table[:, 3])
@@ -160,16 +140,20 @@ def count_hits(found: Overlaps, stream: DuelStream, table: IntArray, codes: IntA
     check_table(table, codes, stream.bounds)
     intended = blocked = unintended = 0
     meant = np.zeros(len(found.frame), dtype=bool)
+    characters = [motion.character for motion in stream.players]
+    is_arm = [np.isin(one.parts, ARMS) for one in characters]
     for aspect in ATTACKING_QUALIFIERS:
+        striking = [np.array([striking_aspect(part) == aspect for part in one.parts]) for one in characters]
         for player, start, end, clip in table[limb_attacks(codes, aspect)]:
             last = min(end + round(grace_s * stream.fps), stream.bounds[clip, 1] - 1)
             rows = slice(*np.searchsorted(found.frame, [start, last + 1]))
-            strikes = np.isin(found.segments[rows, player], STRIKING[aspect])
-            arms = np.isin(found.segments[rows, 1 - player], ARM_SEGMENTS)
+            strikes = striking[player][found.segments[rows, player]]
+            arms = is_arm[1 - player][found.segments[rows, 1 - player]]
             intended += bool((strikes & ~arms).any())
             blocked += bool(strikes.any() and arms[strikes].all())
             meant[rows] |= strikes
-    gap, groups = round(GAP_S * stream.fps), GROUP_OF[found.segments]
+    gap = round(GAP_S * stream.fps)
+    groups = np.stack([_groups(one)[found.segments[:, player]] for player, one in enumerate(characters)], axis=1)
     for pair in np.unique(groups, axis=0):
         own = (groups == pair).all(axis=1)
         touching, wanted = np.zeros((2, found.frames), dtype=bool)
@@ -178,6 +162,16 @@ def count_hits(found: Overlaps, stream: DuelStream, table: IntArray, codes: IntA
         for first, after in stream.bounds:
             unintended += _contacts(touching[first:after], wanted[first:after], gap)
     return Hits(intended, unintended, blocked)
+
+
+def _groups(character: Character) -> IntArray:
+    """Which of `GROUPS` each segment belongs to (segments,)."""
+    limbs = {
+        **dict.fromkeys(("upper_arm", "forearm", "hand"), "arm"),
+        **dict.fromkeys(("thigh", "shank", "foot"), "leg"),
+    }
+    group = {f"{side}_{part}": GROUPS.index(f"{side} {limb}") for side in SIDES for part, limb in limbs.items()}
+    return np.array([group.get(part, 0) for part in character.parts], dtype=np.int64)
 
 
 def _contacts(touching: NDArray[np.bool_], meant: NDArray[np.bool_], gap: int) -> int:

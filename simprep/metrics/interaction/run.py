@@ -97,7 +97,7 @@ def run_metrics(run: Run, fight: Fight, recorded: Distributions | None = None) -
     stream, reference = simulated_stream(run, fight)
     table, codes = fight_so_far(fight, len(stream))
     found = interaction_metrics(stream, table, codes, recorded, reference)
-    landed = count_hits(recorded_contacts(contacts, len(stream), stream.fps), stream, table, codes, GRACE_S)
+    landed = count_hits(recorded_contacts(contacts, stream), stream, table, codes, GRACE_S)
     simulated = replace(found, penetration=depths(run.overlap), hits=landed)
     ratio = slip_ratio(stream_slip(stream), stream_slip(reference))
     return RunMetrics(simulated=simulated, foot_slip_ratio=ratio, **computed)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.humanoid import BODIES
+from simprep.character import Character
 from simprep.metrics.smoothing import DYNAMICS_SIGMA_S, EDGE_S, gaussian_derivatives
 from simprep.motion.rotations import multiply_quat, rotation_matrix
 
@@ -63,23 +63,29 @@ def tilt_rate(quat: FloatArray, fps: float) -> FloatArray:
     return np.asarray(np.linalg.norm(omega[inner, :2], axis=1))
 
 
-def stability(quats: Sequence[FloatArray], bounds: NDArray[np.integer], fps: float) -> Stability:
+def stability(
+    quats: Sequence[FloatArray], characters: Sequence[Character], bounds: NDArray[np.integer], fps: float
+) -> Stability:
     """Steadiness of both fighters.
 
     Captures staggering and leaning; hides what it is good for: kicks and dodges tilt a trunk too, so compare it with
     the examples'.
 
     Args:
-        quats: (T, 17, 4) body orientations of each fighter.
+        quats: (T, segments, 4) orientations of each fighter's segments.
+        characters: the fighters.
         bounds: (clips, 2) first frame of every clip and the frame after its last.
         fps: frames per second [1/s].
+
+    Raises:
+        SettingError: a fighter has no pelvis or thorax.
     """
     numbers: list[float] = []
-    columns = [BODIES.index(name) for name in MEASURED]
-    for column in columns:
-        numbers.append(_rms_deg([tilt(quat[:, column]) for quat in quats]))
-    for column in columns:
-        parts = [quat[first:after, column] for quat in quats for first, after in bounds if after - first > 2]
+    measured = [[quat[:, one.segment(role)] for quat, one in zip(quats, characters, strict=True)] for role in MEASURED]
+    for both in measured:
+        numbers.append(_rms_deg([tilt(quat) for quat in both]))
+    for both in measured:
+        parts = [quat[first:after] for quat in both for first, after in bounds if after - first > 2]
         numbers.append(_rms_deg([tilt_rate(part, fps) for part in parts]))
     return Stability(*numbers)
 

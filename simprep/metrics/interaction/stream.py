@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 from simprep.duel.labels.segmentation import stream_kinematics
 from simprep.duel.stream.stream import DuelStream, facing_error, root_distance
 from simprep.errors import SettingError
-from simprep.humanoid import BODIES
 from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, stance_drift
 from simprep.metrics.interaction.distributions import Distributions, distributions, js_distances
 from simprep.metrics.interaction.overlap import Hits, count_hits, overlaps
@@ -29,8 +28,6 @@ from simprep.physics.run import FELL
 
 SKATE_MM = 10.0
 """A stance that slips farther skates [mm]."""
-
-HEAD = BODIES.index("head")
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
@@ -115,7 +112,7 @@ class InteractionMetrics:
         reactions: attacks per minute and how many are answered.
         hits: attacks that land, by poses alone.
         stability: tilt of pelvis and trunk.
-        g_mpjpe_mm: mean distance of the 17 bodies from a reference [mm]; NaN without one.
+        g_mpjpe_mm: mean distance of the segments from a reference [mm]; NaN without one.
         mpjpe_mm: the same after subtracting each root's position [mm].
         js: Jensen-Shannon distances to a recorded stream (`simprep.metrics.interaction.distributions.KINDS`); empty without one.
     """
@@ -166,7 +163,11 @@ def interaction_metrics(
     floor = np.max([floor_penetration(motion) for motion in stream.players], axis=0)
     errors = _errors(stream, reference, [one.xpos for one in bodies])
     facing = facing_error(stream)
-    pelvis, head = (np.stack([yaw(one.xquat[:, part]) for one in bodies], axis=1) for part in (0, HEAD))
+    characters = [motion.character for motion in stream.players]
+    pelvis, head = (
+        np.stack([yaw(one.xquat[:, own.segment(role)]) for one, own in zip(bodies, characters)], axis=1)
+        for role in ("pelvis", "head")
+    )
     return InteractionMetrics(
         duration_s=stream.duration,
         penetration=depths(inside.deepest),
@@ -177,7 +178,7 @@ def interaction_metrics(
         distance_m=percentiles(root_distance(stream)),
         reactions=reactions(table, codes, stream.bounds, stream.fps),
         hits=count_hits(inside, stream, table, codes),
-        stability=stability([one.xquat for one in bodies], stream.bounds, stream.fps),
+        stability=stability([one.xquat for one in bodies], characters, stream.bounds, stream.fps),
         g_mpjpe_mm=errors.get("g_mpjpe_mm", math.nan),
         mpjpe_mm=errors.get("mpjpe_mm", math.nan),
         js={} if recorded is None else js_distances(distributions(stream, table, codes), recorded),

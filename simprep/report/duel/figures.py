@@ -37,7 +37,6 @@ def plot_cuts(
         SettingError: no frames to show.
         MissingExtraError: matplotlib is not installed.
     """
-    from simprep.humanoid import FEET
     from simprep.motion.kinematics import forward_kinematics
 
     after = min(len(stream), first + round(12 * stream.fps)) if after is None else after
@@ -57,7 +56,7 @@ def plot_cuts(
             if first < seam < after:
                 axes.axvline(seam / stream.fps, color="black", lw=1.5)
         motion = stream.players[number]
-        feet = forward_kinematics(motion.qpos[first:after], motion.character).xpos[:, FEET, 2]
+        feet = forward_kinematics(motion.qpos[first:after], motion.character).xpos[:, motion.character.feet, 2]
         right = axes.twinx()
         for side, height, colour in zip(("left", "right"), feet.T, COLOURS[1:]):
             right.plot(seconds, height, ":", color=colour, lw=1, label=f"{side} ankle")

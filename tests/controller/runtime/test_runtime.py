@@ -35,7 +35,7 @@ def turning(cores):
 
 def slip(qpos, contacts, fps):
     """Speed of the slowest point of a supporting foot, largest over time [m/s]."""
-    points = forward_kinematics(qpos).foot_points[..., :2]
+    points = forward_kinematics(qpos, library_motion("walk").character).foot_points[..., :2]
     speed = np.linalg.norm(np.diff(points, axis=0), axis=-1).min(axis=-1) * fps
     return float(speed[contacts[1:] & contacts[:-1]].max())
 

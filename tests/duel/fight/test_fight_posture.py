@@ -6,12 +6,9 @@ from simprep.duel.fight.fight import Fight, FightAction
 from simprep.duel.fight.posture import FADE_S, optimise_fight_posture, punching
 from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import DuelStream
-from simprep.humanoid import BODIES, UPPER_BODY_HINGES
 from simprep.library import library_motion
 from simprep.motion.edit import cut, move
 from simprep.motion.kinematics import forward_kinematics
-
-LEGS = np.r_[0:7, 7 + len(UPPER_BODY_HINGES) : 44]
 
 
 def fight(punch: tuple[int, int]) -> Fight:
@@ -31,11 +28,13 @@ def test_balance_improves_and_the_punch_is_kept() -> None:
     assert len(changes) == 2
     for change, before, after in zip(changes, original.stream.players, optimised.stream.players):
         assert change.com_cos_after_mm < change.com_cos_before_mm
-        np.testing.assert_array_equal(after.qpos[:, LEGS], before.qpos[:, LEGS])
+        legs = np.r_[0:7, 7 + before.character.lower_joints]
+        np.testing.assert_array_equal(after.qpos[:, legs], before.qpos[:, legs])
         np.testing.assert_array_equal(after.contacts, before.contacts)
         assert np.abs(after.qpos - before.qpos).max() > 0.01
-    hand = BODIES.index("left_hand")
-    paths = [forward_kinematics(one.stream.players[0].qpos[20:70]).xipos[:, hand] for one in (original, optimised)]
+    character = original.stream.players[0].character
+    hand, punches = character.segment("left_hand"), (one.stream.players[0].qpos[20:70] for one in (original, optimised))
+    paths = [forward_kinematics(qpos, character).xipos[:, hand] for qpos in punches]
     assert np.linalg.norm(paths[0] - paths[1], axis=1).max() < 1e-3
     assert changes[0].striking_hand_max_mm < 1.0
     assert np.isnan(changes[1].striking_hand_mm)  # B does not punch

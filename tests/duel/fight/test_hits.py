@@ -1,7 +1,8 @@
 """Which contacts an attack intended."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
+import mujoco
 import numpy as np
 import pytest
 
@@ -9,6 +10,7 @@ from simprep.duel.fight.fight import Fight, FightAction
 from simprep.duel.fight.hits import BLOCKED, GRACE_S, HIT, NOBODY, UNINTENDED, judge
 from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import DuelStream
+from simprep.errors import UnknownNameError
 from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.contacts import BodyContact
@@ -66,3 +68,33 @@ def test_verdicts(time: float, part_a: str, part_b: str, verdict: str, attacker:
     assert (judged.verdict, judged.attacker, judged.attack) == (verdict, attacker, attack)
     assert judged.intended == (verdict != UNINTENDED)
     assert judged.impulse_ns == 5.0
+
+
+def renamed() -> mujoco.MjSpec:
+    """Our humanoid with other names for two segments, and with toes that are segments of their own."""
+    spec = humanoid().build()
+    for name in ("left_hand", "right_foot"):
+        spec.body(name).name = name.upper()
+    toes = spec.body("RIGHT_FOOT").add_body(name="toes", pos=[0.15, 0.0, 0.0])
+    toes.add_geom(size=[0.02, 0.0, 0.0], mass=0.1)
+    return spec
+
+
+def test_segments_count_by_their_role_and_parts_without_one_by_that_above() -> None:
+    ours = humanoid()
+    roles = {**ours.roles, "left_hand": "LEFT_HAND", "right_foot": "RIGHT_FOOT"}
+    other = replace(ours, name="other", build=renamed, roles=roles)
+    assert other.parts[other.segments.index("toes")] == "right_foot"
+    swapped = [other.segments[k] for k in other.mirror_segments]
+    assert swapped[other.segments.index("LEFT_HAND")] == "right_hand"
+    assert swapped[other.segments.index("left_foot")] == "RIGHT_FOOT"
+    with pytest.raises(UnknownNameError, match="unknown group of joints of other 'tail'; valid: trunk, left_arm"):
+        other.group("tail")
+    one = fight()
+    players = tuple(replace(motion, character=other) for motion in one.stream.players)
+    one = replace(one, stream=replace(one.stream, players=players))
+    verdicts = [
+        judge([contact(*touch)], one)[0].verdict
+        for touch in ((1.3, "LEFT_HAND", "head"), (0.5, "pelvis", "toes"), (0.5, "LEFT_HAND", "toes"))
+    ]
+    assert verdicts == [HIT, HIT, BLOCKED]

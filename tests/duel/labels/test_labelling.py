@@ -47,8 +47,9 @@ def test_features_ignore_place_and_heading_and_mirror_with_the_motion(fight):
     before = features(motion)
     assert before.shape == (3, 10 * 54)
     assert np.abs(features(move(motion, (5.0, -3.0), 2.0)) - before).max() < 1e-9
-    assert np.abs(features(mirror(motion)) - mirror_features(before)).max() < 1e-9
-    assert np.abs(mirror_features(mirror_features(before)) - before).max() == 0
+    assert np.abs(features(mirror(motion)) - mirror_features(before, motion.character)).max() < 1e-9
+    twice = mirror_features(mirror_features(before, motion.character), motion.character)
+    assert np.abs(twice - before).max() == 0
 
 
 def test_features_are_steps_turns_and_joints_in_the_roots_frame():
@@ -85,16 +86,17 @@ def test_a_third_of_the_annotations_labels_the_rest(fight):
         assert held.macro_f1 > 0.9, aspect
     assert np.array_equal(found[rows], truth[rows])
     assert any(warning.startswith("jump: every annotated action is 'others'") for warning in result.warnings)
-    folds = cross_validate(features[rows], truth[rows], np.random.default_rng(3))
+    folds = cross_validate(features[rows], truth[rows], stream.players[0].character, np.random.default_rng(3))
     assert folds["right_kick"].accuracy > 0.9
     assert folds["right_kick"].confusion.sum() == len(rows)
 
 
 def test_mirrored_examples_teach_the_other_side(fight):
-    _, _, truth, _, features = fight
+    stream, _, truth, _, features = fight
+    character = stream.players[0].character
     column = LEARNED_ASPECTS.index("left_kick")
     right_only = np.flatnonzero((truth[:, column] == 3) & (truth[:, LEARNED_ASPECTS.index("left_punch")] == 4))
-    found, _ = train_labels(features[right_only], truth[right_only]).predict(features)
+    found, _ = train_labels(features[right_only], truth[right_only], character).predict(features)
     kicks = truth[:, column] != 3
     assert kicks.sum() > 10
     assert np.mean(found[kicks, column] == truth[kicks, column]) > 0.9
@@ -104,13 +106,13 @@ def test_mirrored_examples_teach_the_other_side(fight):
 def test_no_attack_annotated_is_said(fight):
     stream, cuts, truth, _, features = fight
     quiet = np.flatnonzero((truth == truth.max(axis=0)).all(axis=1))
-    assert any(
-        "no annotated action is an attack" in text for text in train_labels(features[quiet], truth[quiet]).warnings
-    )
+    character = stream.players[0].character
+    warnings = train_labels(features[quiet], truth[quiet], character).warnings
+    assert any("no annotated action is an attack" in text for text in warnings)
     result = label_stream(stream, cuts, quiet, truth[quiet], features=features)
     assert "no action of the stream is labelled as an attack" in result.warnings[-1]
     with pytest.raises(SettingError, match="no annotated action"):
-        train_labels(features[:0], truth[:0])
+        train_labels(features[:0], truth[:0], character)
 
 
 def test_the_most_uncertain_action_is_proposed_first():

@@ -13,13 +13,13 @@ from simprep.duel.stream.positions import PositionSettings, position_clip, read_
 from simprep.duel.stream.store import read_stream, save_stream
 from simprep.duel.stream.stream import root_distance
 from simprep.errors import MotionFileError, SettingError
-from simprep.humanoid import BODIES, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.edit import resample
 from simprep.motion.kinematics import forward_kinematics
 
 SHORT = {"thigh": "hip", "shank": "knee", "foot": "ankle", "upper_arm": "shoulder", "forearm": "elbow", "hand": "wrist"}
 NAMES = ("neck", *(f"{side[0]}_{name}" for side in SIDES for name in SHORT.values()))
-JOINTS = [BODIES.index("neck"), *(BODIES.index(f"{side}_{part}") for side in SIDES for part in SHORT)]
+JOINTS = [humanoid().segment("neck"), *(humanoid().segment(f"{side}_{part}") for side in SIDES for part in SHORT)]
 
 
 @pytest.fixture(scope="module")

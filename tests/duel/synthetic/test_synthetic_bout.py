@@ -255,7 +255,7 @@ def test_annotation_as_proposed_keeps_to_its_share_and_to_what_is_cut_right(exam
     match = np.arange(len(table))
     match[::7] = -1
     features = np.random.default_rng(0).normal(size=(len(table), 540))
-    found = annotate_as_proposed(example.truth, match, 0.2, features)
+    found = annotate_as_proposed(example.truth, match, 0.2, features, example.stream.players[0].character)
     assert len(found.rows) == len(np.unique(found.rows)) == round(0.2 * len(table))
     assert (match[found.rows] >= 0).all()
     np.testing.assert_array_equal(found.qualifiers, example.truth.qualifiers[found.rows])

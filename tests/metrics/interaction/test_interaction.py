@@ -11,7 +11,7 @@ from simprep.duel.stream.stream import DuelStream
 from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import PRESETS
 from simprep.errors import SettingError
-from simprep.humanoid import hinge_index
+from simprep.humanoid import humanoid
 from simprep.library.registry import library_motion
 from simprep.metrics.contact import floor_penetration
 from simprep.metrics.interaction.distributions import KINDS, distributions, js_distances, js_floor
@@ -95,7 +95,7 @@ def test_the_floor_is_what_samples_of_the_example_score(example):
 def test_the_head_faces_another_way_than_the_pelvis():
     stand = library_motion("stand")
     qpos = stand.qpos[:10].copy()
-    qpos[:, 7 + hinge_index("neck_rotation")] += 0.3
+    qpos[:, 7 + humanoid().joint("neck_rotation")] += 0.3
     a = Motion(qpos, stand.fps, stand.contacts[:10])
     b = move(a, (1.0, 0.0), np.pi)
     table = np.array([(0, 0, 10, 0), (1, 0, 10, 0)])

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import BODIES
+from simprep.humanoid import humanoid
 from simprep.metrics.contact import foot_slip, stance_drift
 from simprep.metrics.interaction.distributions import KINDS, Counts, distributions, js_distance, js_floor, pooled
 from simprep.metrics.interaction.overlap import Hits, Overlaps, count_hits, overlaps, recorded_contacts
@@ -124,9 +124,8 @@ def test_overlap_is_that_of_physics_whoever_is_first_and_none_at_arms_length():
 
 def touching(stream, *contacts):
     """Overlaps from (first frame, frame after, segment of A, segment of B)."""
-    found = sorted(
-        (t, BODIES.index(a), BODIES.index(b)) for first, after, a, b in contacts for t in range(first, after)
-    )
+    index = stream.players[0].character.segment
+    found = sorted((t, index(a), index(b)) for first, after, a, b in contacts for t in range(first, after))
     frames, a, b = np.array(found).T
     return Overlaps(len(stream), frames, np.stack([a, b], axis=1), np.full(len(frames), 0.01))
 
@@ -163,10 +162,11 @@ def test_recorded_contacts_fall_on_frames():
 
     brief = contact(0.5, 1 / 480, "left_hand", "head")  # too short for a frame at 20 per second
     late = contact(4.9, 2.0, "head", "right_foot")  # goes on beyond the end
-    found = recorded_contacts([late, brief], 100, 20.0)
+    stream = standing(100, fps=20.0)
+    found = recorded_contacts([late, brief], stream)
     assert found.frame.tolist() == [10, 98, 99]
-    assert [BODIES[k] for k in found.segments[0]] == ["left_hand", "head"]
-    assert len(recorded_contacts([], 100, 20.0).frame) == 0
+    assert [stream.players[0].character.segments[k] for k in found.segments[0]] == ["left_hand", "head"]
+    assert len(recorded_contacts([], stream).frame) == 0
 
 
 def test_jensen_shannon_distance():
@@ -247,9 +247,9 @@ def test_steadiness_of_a_nodding_and_of_a_spinning_body():
     time = np.arange(int(fps * seconds)) / fps
     nod, spin = np.radians(20) * np.sin(2 * np.pi * time), 3.0 * time
     turns = Rotation.from_euler("ZY", np.column_stack([spin, nod]))
-    quat = np.tile(turns.as_quat(scalar_first=True)[:, None], (1, len(BODIES), 1))
+    quat = np.tile(turns.as_quat(scalar_first=True)[:, None], (1, len(humanoid().segments), 1))
     quat[::7] *= -1  # the same rotations
-    found = stability([quat], np.array([[0, len(time)]]), fps)
+    found = stability([quat], [humanoid()], np.array([[0, len(time)]]), fps)
     assert found.pelvis_tilt_deg == found.trunk_tilt_deg == pytest.approx(20 / np.sqrt(2), rel=1e-3)
     # the spin is about the vertical and does not count; 20 ms of smoothing take 0.8 % off 1 Hz
     assert found.pelvis_rate_deg_s == pytest.approx(20 / np.sqrt(2) * 2 * np.pi, rel=0.03)
