@@ -41,7 +41,7 @@ class Approach:
     """Target motion launched at the goal; a wrong name lists them."""
 
     policy: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
-    """Controller written by `simprep train`; default: the best one for the same model, by value iteration."""
+    """Controller written by `simprep train`, or its folder; default: the best one for the same model, by value iteration."""
 
     no_prepare: bool = False
     """Walk there unprepared: the plain motion graph."""

@@ -20,7 +20,8 @@ def resolve_motion(text: str, warn: Callable[[str], None], library: Path | None 
     """The motion a person means.
 
     Args:
-        text: name of a built-in motion or of a clip in the user's library, or path of a motion file.
+        text: name of a built-in motion or of a clip in the user's library, or path of a motion file or of a folder with one
+            of ours.
         warn: receives what an import decided, adapted or left out, a line each.
         library: folder of the user's clips; None for SIMPREP_LIBRARY, where set.
 
@@ -30,21 +31,27 @@ def resolve_motion(text: str, warn: Callable[[str], None], library: Path | None 
         MotionFileError: it looks like a path, and the file is missing or cannot be read.
     """
     if Path(text).suffix or len(Path(text).parts) > 1:
-        from simprep.motion.load import import_motion
-
-        result = import_motion(text)
-        for line in result.report.warnings:
-            warn(f"{Path(text).name}: {line}")
-        return result.motion
+        return _imported(text, warn)
 
     from simprep.library.user import find_entry
 
     try:
         entry = find_entry(text, library)
     except UnknownNameError as error:
+        if Path(text).is_dir():  # after the names: a folder called `walk` does not hide the walk
+            return _imported(text, warn)
         choices = (*error.choices, f"or the path of a file: {', '.join(FILE_TYPES)}")
         raise UnknownNameError("motion", text, choices) from None
     return entry.generate()
+
+
+def _imported(path: str, warn: Callable[[str], None]) -> Motion:
+    from simprep.motion.load import import_motion
+
+    result = import_motion(path)
+    for line in result.report.warnings:
+        warn(f"{Path(path).name}: {line}")
+    return result.motion
 
 
 def parse_frames(text: str) -> tuple[int | None, int | None]:

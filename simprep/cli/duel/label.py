@@ -23,7 +23,7 @@ class DuelLabel:
     """
 
     stream: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="STREAM", help_behavior_hint="")]
-    """The .npz file that `simprep duel import` wrote."""
+    """The .npz file that `simprep duel import` wrote, or its folder."""
 
     annotations: Annotated[
         tyro.conf.Positional[Path | None], tyro.conf.arg(metavar="[ANNOTATIONS]", help_behavior_hint="")
