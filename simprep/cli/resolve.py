@@ -71,17 +71,18 @@ def parse_frames(text: str) -> tuple[int | None, int | None]:
         ) from None
 
 
-def select(motion: Motion, frames: str | None, seconds: float | None) -> Motion:
+def select(motion: Motion, frames: str | None, seconds: float | None, warn: Callable[[str], None]) -> Motion:
     """Cut a motion to frames `a:b`, then bring it to a length: loops are repeated, other motions cut.
 
     Args:
         motion: the motion.
-        frames: `a:b` or None for all.
+        frames: `a:b` or None for all; what goes beyond the end is left out, and that is said.
         seconds: length [s]; None for 6 s of a loop, all of anything else.
+        warn: receives what was left out.
 
     Raises:
         SettingError: malformed frames or a length that is not positive.
-        MotionError: the frames are outside the motion.
+        MotionError: the frames are empty, or begin outside the motion.
     """
     from simprep.motion.edit import cut, repeat
 
@@ -89,7 +90,13 @@ def select(motion: Motion, frames: str | None, seconds: float | None) -> Motion:
         raise SettingError(f"--seconds {seconds:g}; valid: above 0, at most 600")
     if frames is not None:
         first, after = parse_frames(frames)
-        motion = cut(motion, 0 if first is None else first, len(motion) if after is None else after)
+        first, after = first or 0, len(motion) if after is None else after
+        if first < len(motion) < after:
+            warn(
+                f"{motion.name}: --frames {frames} goes beyond its {len(motion)} frames; {first}:{len(motion)} is used"
+            )
+            after = len(motion)
+        motion = cut(motion, first, after)
     if motion.loop:
         length = DEFAULT_LOOP_S if seconds is None else seconds
         cycles = int(-(-(length * motion.fps + 1) // len(motion)))

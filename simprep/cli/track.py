@@ -45,7 +45,8 @@ class Track:
     """Seed of the controller's random numbers."""
 
     frames: Annotated[str | None, tyro.conf.arg(metavar="A:B", help_behavior_hint="")] = None
-    """Frames a:b of the motion: from a up to but not including b; either may be left out."""
+    """Frames a:b of the motion: from a up to but not including b; either may be left out. What is
+    beyond the end is left out, with a warning."""
 
     seconds: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
     """Length [s]: a loop is repeated up to it (default 6), any other motion cut."""
@@ -70,7 +71,7 @@ class Track:
         from simprep.cli.resolve import resolve_motion, select
 
         # a bad file fails before the heavier imports
-        motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds)
+        motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds, output.warn)
         from simprep.metrics.evaluate import evaluate_run
         from simprep.physics.simulate import track
         from simprep.physics.store import RUN_FILE, save_run

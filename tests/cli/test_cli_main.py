@@ -114,6 +114,19 @@ def test_track_prints_one_json_object_and_writes_its_files(arm_raise, tmp_path, 
     assert run.end_s == content["survived_s"]
 
 
+@pytest.mark.parametrize(("frames", "used"), [("0:600", 25), ("10:26", 15)])
+def test_frames_beyond_the_end_are_left_out_and_that_is_said(arm_raise, frames, used, tmp_path, capsys):
+    arguments = ["track", str(arm_raise), "--controller", "pd", "-o", str(tmp_path / "out"), "--json", "--no-pictures"]
+    assert main([*arguments, "--frames", frames]) == 0
+    printed = capsys.readouterr()
+    said = f"arm_raise: --frames {frames} goes beyond its 25 frames; {25 - used}:25 is used"
+    assert printed.err.startswith(f"warning: {said}\n")
+    assert json.loads(printed.out)["warnings"] == [said]
+    assert len(read_run(tmp_path / "out").reference) == used
+    assert main([*arguments, "--frames", ":25"]) == 0
+    assert "warning" not in capsys.readouterr().err
+
+
 def test_track_frames_and_seconds(arm_raise, tmp_path, capsys):
     arguments = ["track", str(arm_raise), "--controller", "pd", "-o", str(tmp_path / "out"), "--json", "--no-pictures"]
     assert main([*arguments, "--frames", "5:20"]) == 0
@@ -122,6 +135,9 @@ def test_track_frames_and_seconds(arm_raise, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["survived_s"] == pytest.approx(0.3, abs=0.01)
     assert main([*arguments, "--frames", "20:5"]) == 2
     assert "frames 20:5" in capsys.readouterr().err
+    for beyond in ("25:30", "40:"):
+        assert main([*arguments, "--frames", beyond]) == 2
+        assert "valid: 0 <= a < b <= 25" in capsys.readouterr().err
     assert main([*arguments, "--frames", "a:5"]) == 2
     assert "--frames 'a:5'" in capsys.readouterr().err
 
