@@ -7,6 +7,7 @@ not.
 """
 
 from dataclasses import dataclass
+from math import sqrt
 
 import mujoco
 import numpy as np
@@ -27,6 +28,7 @@ MOVED = tuple(i for i, name in enumerate(BODIES) if not name.endswith(("pelvis",
 
 _UPPER_QVEL = slice(6, 6 + N_UPPER)
 _MOVED = np.array(MOVED)
+_MOVED_IDS = _MOVED + 1  # in the model, which begins with the world
 _FIXED = np.array([i for i in range(len(BODIES)) if i not in MOVED])
 _DIAGONAL = np.diag_indices(N_UPPER)
 _DAMPING = 1e-5  # keeps hinges that move no body centre (wrist, pronation) where they are
@@ -62,6 +64,7 @@ class PostureFrame:
         centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
         expected: (10, 3) body centres that continue the two frames before in a straight line [m]; None leaves out C_m.
         fixed_smoothness: part of the bodies that do not move in the sum of C_m [m per frame squared].
+        anchors: (1, 10, 3) `blended`, or (2, 10, 3) with `expected` after it.
     """
 
     qpos: Array
@@ -71,6 +74,7 @@ class PostureFrame:
     centre: Array | None
     expected: Array | None
     fixed_smoothness: float
+    anchors: Array
 
 
 class PostureProblem:
@@ -93,6 +97,8 @@ class PostureProblem:
         self._jacobian = np.zeros((len(MOVED), 3, self.model.nv))
         self._rows = [(int(i) + 1, self._jacobian[k]) for k, i in enumerate(MOVED)]
         self._eps = settings.smooth_norm
+        self._eps2 = self._eps**2
+        self._weights = np.array([[settings.style_weight], [settings.smoothness_weight]]) / len(BODIES)
         self._qpos = self.data.qpos
         self._hinges = self._qpos[UPPER_QPOS]
         self._xipos = self.data.xipos
@@ -115,18 +121,20 @@ class PostureProblem:
             straight_on = 2 * last - before_last
             expected = straight_on[_MOVED]
             fixed_smoothness = float(self._norm(centres[_FIXED] - straight_on[_FIXED]).sum())
+        blended = centres[_MOVED]
         return PostureFrame(
             qpos=np.array(qpos),
             hinges=np.array(qpos[UPPER_QPOS]),
-            blended=centres[_MOVED],
+            blended=blended,
             com_fixed=self._share[_FIXED] @ centres[_FIXED, :2],
             centre=centre,
             expected=expected,
             fixed_smoothness=fixed_smoothness,
+            anchors=np.stack([blended] if expected is None else [blended, expected]),
         )
 
     def _norm(self, difference: Array) -> Array:
-        return np.asarray(np.sqrt((difference * difference).sum(axis=-1) + self._eps**2) - self._eps)
+        return np.asarray(np.sqrt(np.add.reduce(difference * difference, axis=-1) + self._eps2) - self._eps)
 
     def _pose(self, frame: PostureFrame, hinges: Array) -> None:
         self._qpos[:] = frame.qpos
@@ -160,15 +168,17 @@ class PostureProblem:
     def costs(self, frame: PostureFrame, hinges: Array) -> Costs:
         """Cost terms of a frame at (25,) hinges."""
         self._pose(frame, hinges)
-        p = self._xipos[1 + _MOVED]
+        p = self._xipos.take(_MOVED_IDS, axis=0)
         s = self.settings
         n = len(BODIES)
         balance = smoothness = 0.0
         if frame.centre is not None:
-            balance = float(self._norm(frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre))
-        style = float(self._norm(p - frame.blended).sum()) / n
-        if frame.expected is not None:
-            smoothness = (float(self._norm(p - frame.expected).sum()) + frame.fixed_smoothness) / n
+            x, y = (frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre).tolist()
+            balance = sqrt(x * x + y * y + self._eps2) - self._eps
+        style, *others = np.add.reduce(self._norm(p - frame.anchors), axis=1).tolist()
+        style /= n
+        if others:
+            smoothness = (others[0] + frame.fixed_smoothness) / n
         total = s.balance_weight * balance + s.style_weight * style + s.smoothness_weight * smoothness
         change = hinges - frame.hinges
         total += s.joint_weight / 2 * float(change @ change)
@@ -185,22 +195,20 @@ class PostureProblem:
             gradient: (25,) [m/rad].
             curvature: (25, 25) positive semidefinite [m/rad^2].
         """
-        model, data, s = self.model, self.data, self.settings
         self._pose(frame, hinges)
+        return self._gradient_here(frame, hinges)
+
+    def _gradient_here(self, frame: PostureFrame, hinges: Array) -> tuple[Array, Array]:
+        """`gradient` at the hinges that `_pose` was called with last."""
+        model, data, s = self.model, self.data, self.settings
         mujoco.mj_comPos(model, data)
         for body_id, out in self._rows:
             mujoco.mj_jacBodyCom(model, data, out, None, body_id)
         jacobian = self._jacobian[:, :, _UPPER_QVEL]  # (10, 3, 25)
-        p = self._xipos[1 + _MOVED]
-        eps2, n = self._eps**2, len(BODIES)
-        r = p - frame.blended
-        pull = s.style_weight / n / np.sqrt((r * r).sum(axis=1) + eps2)  # (10,)
-        force = pull[:, None] * r
-        if frame.expected is not None:
-            r = p - frame.expected
-            smooth = s.smoothness_weight / n / np.sqrt((r * r).sum(axis=1) + eps2)
-            force = force + smooth[:, None] * r
-            pull = pull + smooth
+        p = self._xipos.take(_MOVED_IDS, axis=0)
+        r = p - frame.anchors
+        pulls = self._weights[: len(r)] / np.sqrt(np.add.reduce(r * r, axis=2) + self._eps2)  # (1 or 2, 10)
+        force, pull = np.add.reduce(pulls[..., None] * r, axis=0), np.add.reduce(pulls, axis=0)
         flat = jacobian.reshape(-1, N_UPPER)
         gradient = force.ravel() @ flat
         weighted = flat * np.repeat(np.sqrt(pull), 3)[:, None]
@@ -209,8 +217,8 @@ class PostureProblem:
         curvature[_DIAGONAL] += s.joint_weight
         if frame.centre is not None:
             r = frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre
-            scale = s.balance_weight / np.sqrt(r @ r + eps2)
-            com = np.tensordot(self._moved_share, jacobian[:, :2], axes=1)  # (2, 25)
+            scale = s.balance_weight / np.sqrt(r @ r + self._eps2)
+            com = (self._moved_share[None] @ jacobian[:, :2].reshape(len(p), -1)).reshape(2, N_UPPER)
             gradient = gradient + scale * (r @ com)
             curvature += scale * (com.T @ com)
         return gradient, curvature
@@ -229,7 +237,7 @@ class PostureProblem:
         first = cost = self.costs(frame, hinges).total
         steps = 0
         while steps < self.settings.max_steps:
-            gradient, curvature = self.gradient(frame, hinges)
+            gradient, curvature = self._gradient_here(frame, hinges)  # their cost was the last to be computed
             held = ((hinges <= self.low) & (gradient > 0)) | ((hinges >= self.high) & (gradient < 0))
             if held.any():  # a hinge pressed against its limit takes no part in this step
                 gradient = np.where(held, 0.0, gradient)
@@ -241,7 +249,7 @@ class PostureProblem:
                 direction = gradient
             length = 1.0
             for _ in range(6):
-                trial = np.clip(hinges - length * direction, self.low, self.high)
+                trial = np.minimum(np.maximum(hinges - length * direction, self.low), self.high)
                 trial_cost = self.costs(frame, trial).total
                 if trial_cost < cost:
                     break
