@@ -6,8 +6,14 @@ Prints `import_fps` (a BVH file to a cleaned motion), `fk_fps` (forward kinemati
 inverse kinematics and posture optimisation, one core), `runtime_fps` and `runtime_plain_fps` (the run-time controller, policy
 included, with and without posture optimisation, one core; 60 per character), `sim_steps_per_s_1` and `_2` (simulation steps of the standing
 humanoid on one and two threads), `fight_fps` (two fighters' kinematic synthesis: choice, placement, stitching, inverse
-kinematics; frames of the fight per second of processor time of one core), `mpc_s_per_s` (computing time per second of motion), `mpc_overhead_share` (share of it
-spent outside MuJoCo) and `peak_rss_mb`.
+kinematics; frames of the fight per second of processor time of one core), `analysis_s` (processor time to analyse the built-in
+kickboxing stream, 16 minutes, as `simprep duel analyse` does by default, without its figures), `mpc_s_per_s` (computing time per
+second of motion), `mpc_overhead_share` (share of it spent outside MuJoCo) and `peak_rss_mb`.
+
+Seconds say little of another machine. So all of it is also stated in yardsticks: the time that 100 000 steps of
+`scripts/yardstick.xml` take here and now, in a batch of 28 on 2 threads (`yardstick_s`). Costs are multiples of it,
+`analysis_yardsticks` and `mpc_yardsticks` (per second of motion). Rates are amounts in that time: `fight_fps` becomes
+`fight_frames_per_yardstick`, `sim_steps_per_s_1` becomes `sim_steps_per_yardstick_1`, and so on.
 """
 
 import os
@@ -33,9 +39,12 @@ from simprep.controller.runtime.approach import approach
 from simprep.controller.runtime.performer import RuntimeSettings
 from simprep.controller.runtime.task import Task
 from simprep.controller.runtime.world import library_world
+from simprep.duel.analysis import analyse
 from simprep.duel.fight.default_model import default_fight_model
 from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.modes import begin_fight
+from simprep.duel.synthetic.make import make_synthetic
+from simprep.duel.synthetic.presets import preset
 from simprep.humanoid import humanoid
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
@@ -48,6 +57,11 @@ MPC_SECONDS = 3.0
 PREPARED_SECONDS = 6.0
 FIGHT_SECONDS = 60.0
 SIMULATIONS, SIMULATION_STEPS = 64, 240
+
+YARDSTICK = Path(__file__).with_name("yardstick.xml")
+YARDSTICK_STEPS, YARDSTICK_BATCH, YARDSTICK_THREADS = 100_000, 28, 2
+YARDSTICK_ROLLOUT = 60
+"""Steps from standing until the batch begins again [1]: half a second, the planner's look-ahead."""
 
 # name, parent, offset [cm] (y up, x left, z forward), swing amplitude [deg] about x
 SKELETON = (
@@ -120,6 +134,52 @@ def simulation_rate(threads: int) -> float:
     return best_rate(work)
 
 
+class Yardstick:
+    """The frozen model, simulated in a batch from standing, with constant controls."""
+
+    def __init__(self) -> None:
+        self.model = mujoco.MjModel.from_xml_path(str(YARDSTICK))
+        self.batch = Batch(self.model, YARDSTICK_BATCH, nthread=YARDSTICK_THREADS)
+        self._qpos = self.batch.bind("qpos")
+        self._at_rest = [self.batch.bind(name) for name in ("qvel", "qacc_warmstart", "time")]
+        self._control = np.zeros((YARDSTICK_BATCH, YARDSTICK_ROLLOUT, self.model.nu))
+
+    def rollout(self) -> np.ndarray:
+        """One rollout of the batch; (YARDSTICK_BATCH, YARDSTICK_ROLLOUT, nq) poses after every step."""
+        self._qpos[:] = self.model.qpos0
+        for state in self._at_rest:
+            state[:] = 0.0
+        spec = mujoco.mjtState.mjSTATE_CTRL
+        return self.batch.rollout(YARDSTICK_ROLLOUT, control=self._control, control_spec=spec, record=("qpos",))["qpos"]
+
+    def seconds(self) -> float:
+        """How long YARDSTICK_STEPS steps take [s]."""
+        per_rollout = YARDSTICK_BATCH * YARDSTICK_ROLLOUT
+        rollouts = -(-YARDSTICK_STEPS // per_rollout)
+
+        def work() -> float:
+            for _ in range(rollouts):
+                self.rollout()
+            return rollouts * per_rollout / YARDSTICK_STEPS
+
+        return 1.0 / best_rate(work)
+
+
+def in_yardsticks(numbers: dict[str, float], yardstick_s: float) -> dict[str, float]:
+    """Costs [s] as multiples of the yardstick, rates [1/s] as amounts in its time."""
+    out = {}
+    for name, value in numbers.items():
+        if name.endswith("_fps"):
+            out[name.removesuffix("_fps") + "_frames_per_yardstick"] = value * yardstick_s
+        elif "_per_s_" in name:
+            out[name.replace("_per_s_", "_per_yardstick_")] = value * yardstick_s
+        elif name == "mpc_s_per_s":
+            out["mpc_yardsticks"] = value / yardstick_s
+        elif name.endswith("_s"):
+            out[name.removesuffix("_s") + "_yardsticks"] = value / yardstick_s
+    return out
+
+
 def import_rate(file: Path | None) -> float:
     """Frames per second of importing a file, or the synthetic one."""
     with tempfile.TemporaryDirectory() as folder:
@@ -158,6 +218,14 @@ def fight_rate() -> float:
     return max(rates)
 
 
+def analysis_time() -> float:
+    """Processor time of analysing the built-in kickboxing stream [s]."""
+    made = make_synthetic(preset("kickboxing"), 0)
+    begin = process_time()
+    analyse(made.stream, np.random.default_rng(0), truth=made.truth)
+    return process_time() - begin
+
+
 def measure(file: Path | None) -> dict[str, float]:
     """Every number of the benchmark."""
     walk, punch = library_motion("walk"), library_motion("punch_right")
@@ -173,10 +241,13 @@ def measure(file: Path | None) -> dict[str, float]:
         "fight_fps": fight_rate(),
         "sim_steps_per_s_1": simulation_rate(1),
         "sim_steps_per_s_2": simulation_rate(2),
+        "analysis_s": analysis_time(),
     }
     prepared = prepare(walk, punch, 0.0, duration=MPC_SECONDS).motion
     run = track(prepared, "mpc", seed=0)
     numbers["mpc_s_per_s"] = run.wall_s / run.end_s
+    yardstick_s = Yardstick().seconds()  # beside mpc, which it is compared with most
+    numbers |= {"yardstick_s": yardstick_s, **in_yardsticks(numbers, yardstick_s)}
     numbers["mpc_overhead_share"] = run.overhead_share
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     numbers["peak_rss_mb"] = peak / (1024**2 if sys.platform == "darwin" else 1024)
@@ -194,7 +265,7 @@ def main() -> None:
         print(json.dumps(numbers))
     else:
         for name, value in numbers.items():
-            print(f"{name:20} {value:g}")
+            print(f"{name:32} {value:g}")
 
 
 if __name__ == "__main__":

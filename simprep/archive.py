@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simprep.errors import MotionFileError, SimprepError
-from simprep.files import atomic_path
+from simprep.files import atomic_path, find_file
 
 MAX_BYTES = 300_000_000
 """Largest content read where nothing else is said [bytes, unpacked]: a motion of about 14 hours at 30 frames/s."""
@@ -65,7 +65,7 @@ def open_archive(
     """Header and arrays of a file written by `write_archive`; whatever goes wrong inside the block names the file.
 
     Args:
-        path: the file.
+        path: the file, or a folder with one such file.
         what: what it should be, for the message: `duel model`.
         schema: the schema that is read.
         hints: what to say of files of other kinds, by the beginning of their schema.
@@ -76,8 +76,10 @@ def open_archive(
         the header, and the archive (a mapping of names to arrays).
 
     Raises:
-        MotionFileError: as `open_arrays`; not a file of ours, another schema version, or refused in the block.
+        MotionFileError: as `find_archive` and `open_arrays`; not a file of ours, another schema version, or refused in
+            the block.
     """
+    path = find_archive(path, what, schema)
     with open_arrays(path, what, max_bytes) as archive:
         if "header" not in archive:
             kind = foreign(archive.files) or f"not a {what} (no 'header' entry; schema {schema} expected)"
@@ -88,6 +90,36 @@ def open_archive(
             hint = next((f": {text}" for kind, text in hints.items() if str(given).startswith(kind)), "")
             raise MotionFileError(path, f"schema {str(given)[:100]!r}{hint}; this version reads {schema!r}")
         yield header, archive
+
+
+def find_archive(path: str | Path, what: str, schema: str, usual: str = "") -> Path:
+    """The file of ours that a person means who names it, or the folder that it is in.
+
+    Args:
+        path: a file, which is returned as it is, there or not; or a folder with one file of that schema, of any version.
+        what: what it should be, for the message: `duel model`.
+        schema: the schema that will be read.
+        usual: as for `find_file`.
+
+    Raises:
+        MotionFileError: as `find_file`.
+    """
+    kind = schema.partition("/")[0]
+    return find_file(path, what, ".npz", lambda file: (schema_of(file) or "").partition("/")[0] == kind, usual)
+
+
+def schema_of(path: Path) -> str | None:
+    """Schema of a file of ours; None for anything else.
+
+    Args:
+        path: an .npz file.
+    """
+    try:
+        with open_arrays(path, "file of simprep", sys.maxsize) as archive:
+            header = json.loads("".join(texts(archive["header"]))) if "header" in archive else None
+    except MotionFileError:
+        return None
+    return str(header.get("schema")) if isinstance(header, dict) else None
 
 
 @contextmanager

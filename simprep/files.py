@@ -1,10 +1,15 @@
-"""Writing files whole or not at all."""
+"""Files and folders: what a person means by a folder, and writing whole or not at all."""
 
 import contextlib
 import os
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+
+from simprep.errors import MotionFileError
+
+SHOWN = 6
+"""As many files of a folder are named in an error."""
 
 
 @contextlib.contextmanager
@@ -29,3 +34,43 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
     except BaseException:
         temporary.unlink(missing_ok=True)
         raise
+
+
+def find_file(
+    path: str | Path, what: str, suffix: str, fits: Callable[[Path], bool] = lambda _: True, usual: str = ""
+) -> Path:
+    """The file that a person means who names it, or the folder that it is in.
+
+    Args:
+        path: a file, which is returned as it is, there or not; or a folder.
+        what: what the file should be, for the message: `duel model`.
+        suffix: how the file's name ends: `.npz`.
+        fits: whether a file of a folder with that suffix is one.
+        usual: name that the file has where we wrote it; in a folder with such a file it is taken, whatever else is there.
+
+    Raises:
+        MotionFileError: a folder without such a file, with several, or one that cannot be read.
+    """
+    path = Path(path)
+    if not path.is_dir():
+        return path
+    if usual and (path / usual).is_file():
+        return path / usual
+    try:
+        files = sorted(file for file in path.iterdir() if file.suffix == suffix and file.is_file())
+    except OSError as error:
+        raise MotionFileError(path, f"a directory that cannot be read ({error.strerror})") from None
+    found = [file for file in files if fits(file)]
+    if len(found) == 1:
+        return found[0]
+    if found:
+        raise MotionFileError(
+            path, f"a directory with {len(found)} files that hold a {what}: {_listed(found)}; valid: one of them"
+        )
+    there = _listed(files) if files else f"no {suffix}"
+    raise MotionFileError(path, f"a directory without a {what}; in it: {there}")
+
+
+def _listed(files: list[Path]) -> str:
+    more = f" and {len(files) - SHOWN} more" if len(files) > SHOWN else ""
+    return ", ".join(file.name for file in files[:SHOWN]) + more

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from simprep.cli import output as output_module
-from simprep.cli.output import Output, print_result
+from simprep.cli.output import Output, Quiet, print_result
 
 if TYPE_CHECKING:
     from simprep.controller.influence import Influence
@@ -41,7 +41,7 @@ class Approach:
     """Target motion launched at the goal; a wrong name lists them."""
 
     policy: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
-    """Controller written by `simprep train`; default: the best one for the same model, by value iteration."""
+    """Controller written by `simprep train`, or its folder; default: the best one for the same model, by value iteration."""
 
     no_prepare: bool = False
     """Walk there unprepared: the plain motion graph."""
@@ -66,9 +66,11 @@ class Approach:
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
 
+    quiet: Quiet = False
+
     def run(self) -> None:
         """Approach, simulate, measure, write, print."""
-        print_result(self.json, self._run)
+        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         goal = parse_point(self.goal, "--goal")

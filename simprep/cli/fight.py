@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from simprep.cli import output as output_module
-from simprep.cli.output import Output, print_result
+from simprep.cli.output import Output, Quiet, print_result
 
 PICTURES = 12
 
@@ -59,9 +59,11 @@ class FightCommand:
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
 
+    quiet: Quiet = False
+
     def run(self) -> None:
         """Fight, simulate, measure, write, print."""
-        print_result(self.json, self._run)
+        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         asked = self._checked()

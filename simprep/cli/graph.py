@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from simprep.cli.output import Output, print_result
+from simprep.cli.output import Output, Quiet, print_result
 
 
 @dataclass(frozen=True)
@@ -27,9 +27,11 @@ class Graph:
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
 
+    quiet: Quiet = False
+
     def run(self) -> None:
         """Build, write, draw, print."""
-        print_result(self.json, self._run)
+        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.controller.graph import GraphSettings

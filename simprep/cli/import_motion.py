@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from simprep.cli.output import Output, print_result
+from simprep.cli.output import Output, Quiet, print_result
 from simprep.errors import MotionFileError
 
 
@@ -21,7 +21,7 @@ class Import:
     """
 
     file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FILE", help_behavior_hint="")]
-    """The motion file: .bvh, .amc, .txt or .json (DeepMimic), or .npz of simprep."""
+    """The motion file: .bvh, .amc, .txt or .json (DeepMimic), or .npz of simprep or a folder with one."""
 
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="OUT", help_behavior_hint="")] = None
     """The .npz file to write; default: the file's name, in the current folder."""
@@ -45,19 +45,23 @@ class Import:
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
 
+    quiet: Quiet = False
+
     def run(self) -> None:
         """Import, write, print."""
-        print_result(self.json, self._run)
+        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
+        from simprep.archive import find_archive
         from simprep.motion.load import import_motion
-        from simprep.motion.store import save_motion
+        from simprep.motion.store import SCHEMA, save_motion
 
-        result = import_motion(self.file, self.fps, self.up, self.scale, self.joint_map)
+        file = find_archive(self.file, "simprep motion", SCHEMA)
+        result = import_motion(file, self.fps, self.up, self.scale, self.joint_map)
         if self.strict and result.report.doubtful:
-            raise MotionFileError(self.file, f"doubtful: {result.report.warnings[0]}; without --strict it is written")
-        target = self.out or Path(f"{self.file.stem}.npz")
-        if target.resolve() == self.file.resolve():
+            raise MotionFileError(file, f"doubtful: {result.report.warnings[0]}; without --strict it is written")
+        target = self.out or Path(f"{file.stem}.npz")
+        if target.resolve() == file.resolve():
             raise MotionFileError(target, "is the file to import; give another with -o")
         try:
             written = save_motion(result.motion, target)
@@ -65,7 +69,7 @@ class Import:
             raise MotionFileError(target, f"cannot be written ({error.strerror})") from None
         report = result.report
         output.say(
-            f"{self.file.name}: {report.frames} frames at {report.fps:g} per second, {report.duration_s:.2f} s; "
+            f"{file.name}: {report.frames} frames at {report.fps:g} per second, {report.duration_s:.2f} s; "
             f"{report.up} up, {report.scale:.4g} m per unit; mean joint distance to the source {report.residual_mm:.1f} mm"
             + (
                 f" ({report.check.worst_residual_mm:.1f} in frame {report.check.worst_residual_frame})"

@@ -4,12 +4,16 @@ import contextlib
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, TypeVar
+from typing import Annotated, Any, TypeVar
 
+import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
 PLAIN_WIDTH = 150
+
+Quiet = Annotated[bool, tyro.conf.arg(help="Print no tables and no progress; warnings and errors stay.")]
+"""The option of every command beside `--json`."""
 
 arguments: tuple[str, ...] = ()
 """The command line after `simprep`, for the record; `main` sets it."""
@@ -20,18 +24,20 @@ class Output:
 
     Args:
         as_json: stdout holds exactly one JSON value; tables and progress go to stderr.
+        quiet: tables and progress go nowhere; warnings still go to stderr.
     """
 
-    def __init__(self, as_json: bool) -> None:
-        self.as_json = as_json
+    def __init__(self, as_json: bool, quiet: bool = False) -> None:
+        self.as_json, self.quiet = as_json, quiet
         self._stdout = sys.stdout
         self.warnings: list[str] = []
         self.console = _console(sys.stderr if as_json else sys.stdout)
         self.progress_console = _console(sys.stderr)
 
     def say(self, what: Any) -> None:
-        """Print text or a rich table for people."""
-        self.console.print(what, highlight=False)
+        """Print text or a rich table for people, unless they want it quiet."""
+        if not self.quiet:
+            self.console.print(what, highlight=False)
 
     def warn(self, text: str) -> None:
         """Print one line of warning on stderr, and keep it for the record."""
@@ -56,7 +62,7 @@ class Output:
             yield
 
     def progress(self) -> Progress:
-        """A progress bar on stderr; silent where stderr is not a terminal."""
+        """A progress bar on stderr; silent where that is wanted, or stderr is not a terminal."""
         return Progress(
             TextColumn("{task.description}"),
             BarColumn(),
@@ -65,24 +71,25 @@ class Output:
             TimeRemainingColumn(),
             console=self.progress_console,
             transient=True,
-            disable=not self.progress_console.is_terminal,
+            disable=self.quiet or not self.progress_console.is_terminal,
         )
 
 
 Content = TypeVar("Content", dict[str, Any], list[dict[str, Any]])
 
 
-def print_result(as_json: bool, work: Callable[[Output], Content]) -> Content:
+def print_result(as_json: bool, quiet: bool, work: Callable[[Output], Content]) -> Content:
     """Do a command's work and print its machine-readable result, where it was asked for.
 
     Args:
         as_json: as for `Output`.
+        quiet: as for `Output`.
         work: what the command does; it prints for people itself.
 
     Returns:
         What `work` returned.
     """
-    output = Output(as_json)
+    output = Output(as_json, quiet)
     with output.stdout_reserved():
         content = work(output)
     output.result(content)

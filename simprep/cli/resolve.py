@@ -20,7 +20,8 @@ def resolve_motion(text: str, warn: Callable[[str], None], library: Path | None 
     """The motion a person means.
 
     Args:
-        text: name of a built-in motion or of a clip in the user's library, or path of a motion file.
+        text: name of a built-in motion or of a clip in the user's library, or path of a motion file or of a folder with one
+            of ours.
         warn: receives what an import decided, adapted or left out, a line each.
         library: folder of the user's clips; None for SIMPREP_LIBRARY, where set.
 
@@ -30,21 +31,27 @@ def resolve_motion(text: str, warn: Callable[[str], None], library: Path | None 
         MotionFileError: it looks like a path, and the file is missing or cannot be read.
     """
     if Path(text).suffix or len(Path(text).parts) > 1:
-        from simprep.motion.load import import_motion
-
-        result = import_motion(text)
-        for line in result.report.warnings:
-            warn(f"{Path(text).name}: {line}")
-        return result.motion
+        return _imported(text, warn)
 
     from simprep.library.user import find_entry
 
     try:
         entry = find_entry(text, library)
     except UnknownNameError as error:
+        if Path(text).is_dir():  # after the names: a folder called `walk` does not hide the walk
+            return _imported(text, warn)
         choices = (*error.choices, f"or the path of a file: {', '.join(FILE_TYPES)}")
         raise UnknownNameError("motion", text, choices) from None
     return entry.generate()
+
+
+def _imported(path: str, warn: Callable[[str], None]) -> Motion:
+    from simprep.motion.load import import_motion
+
+    result = import_motion(path)
+    for line in result.report.warnings:
+        warn(f"{Path(path).name}: {line}")
+    return result.motion
 
 
 def parse_frames(text: str) -> tuple[int | None, int | None]:
@@ -64,17 +71,18 @@ def parse_frames(text: str) -> tuple[int | None, int | None]:
         ) from None
 
 
-def select(motion: Motion, frames: str | None, seconds: float | None) -> Motion:
+def select(motion: Motion, frames: str | None, seconds: float | None, warn: Callable[[str], None]) -> Motion:
     """Cut a motion to frames `a:b`, then bring it to a length: loops are repeated, other motions cut.
 
     Args:
         motion: the motion.
-        frames: `a:b` or None for all.
+        frames: `a:b` or None for all; what goes beyond the end is left out, and that is said.
         seconds: length [s]; None for 6 s of a loop, all of anything else.
+        warn: receives what was left out.
 
     Raises:
         SettingError: malformed frames or a length that is not positive.
-        MotionError: the frames are outside the motion.
+        MotionError: the frames are empty, or begin outside the motion.
     """
     from simprep.motion.edit import cut, repeat
 
@@ -82,7 +90,13 @@ def select(motion: Motion, frames: str | None, seconds: float | None) -> Motion:
         raise SettingError(f"--seconds {seconds:g}; valid: above 0, at most 600")
     if frames is not None:
         first, after = parse_frames(frames)
-        motion = cut(motion, 0 if first is None else first, len(motion) if after is None else after)
+        first, after = first or 0, len(motion) if after is None else after
+        if first < len(motion) < after:
+            warn(
+                f"{motion.name}: --frames {frames} goes beyond its {len(motion)} frames; {first}:{len(motion)} is used"
+            )
+            after = len(motion)
+        motion = cut(motion, first, after)
     if motion.loop:
         length = DEFAULT_LOOP_S if seconds is None else seconds
         cycles = int(-(-(length * motion.fps + 1) // len(motion)))

@@ -9,7 +9,7 @@ import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
-from simprep.cli.output import Output, print_result
+from simprep.cli.output import Output, Quiet, print_result
 
 HEADLINE = (
     "success",
@@ -35,7 +35,8 @@ class Track:
     """
 
     motion: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="MOTION", help_behavior_hint="")]
-    """A motion of the library (`simprep library list` lists them) or a motion file (.npz, .bvh, .amc, .json)."""
+    """A motion of the library (`simprep library list` lists them) or a motion file (.npz, .bvh, .amc, .json), or a folder with
+    one .npz motion."""
 
     controller: Literal["mpc", "pd"] = "mpc"
     """mpc: servo targets corrected by receding-horizon sampling; pd: servos to the motion, nothing else."""
@@ -44,7 +45,8 @@ class Track:
     """Seed of the controller's random numbers."""
 
     frames: Annotated[str | None, tyro.conf.arg(metavar="A:B", help_behavior_hint="")] = None
-    """Frames a:b of the motion: from a up to but not including b; either may be left out."""
+    """Frames a:b of the motion: from a up to but not including b; either may be left out. What is
+    beyond the end is left out, with a warning."""
 
     seconds: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
     """Length [s]: a loop is repeated up to it (default 6), any other motion cut."""
@@ -61,15 +63,17 @@ class Track:
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
 
+    quiet: Quiet = False
+
     def run(self) -> None:
         """Simulate, measure, write, print."""
-        print_result(self.json, self._run)
+        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.cli.resolve import resolve_motion, select
 
         # a bad file fails before the heavier imports
-        motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds)
+        motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds, output.warn)
         from simprep.metrics.evaluate import evaluate_run
         from simprep.physics.simulate import track
         from simprep.physics.store import RUN_FILE, save_run

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from simprep.cli import output as output_module
-from simprep.cli.output import Output, print_result
+from simprep.cli.output import Output, Quiet, print_result
 
 if TYPE_CHECKING:
     from simprep.controller.policy import Policy
@@ -57,9 +57,11 @@ class Train:
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
 
+    quiet: Quiet = False
+
     def run(self) -> None:
         """Measure displacements, learn, compare with the best policy, write, print."""
-        print_result(self.json, self._run)
+        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         import dataclasses

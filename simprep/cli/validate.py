@@ -8,7 +8,7 @@ import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
-from simprep.cli.output import Output, print_result
+from simprep.cli.output import Output, Quiet, print_result
 
 if TYPE_CHECKING:
     from simprep.motion.motion import Motion
@@ -66,9 +66,11 @@ class Validate:
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
 
+    quiet: Quiet = False
+
     def run(self) -> None:
         """Run the study, write it, print it."""
-        content = print_result(self.json, self._run)
+        content = print_result(self.json, self.quiet, self._run)
         if not content["complete"]:
             raise KeyboardInterrupt(f"{len(content['cases'])} finished cases are kept in {self.out}")
 

@@ -94,7 +94,7 @@ def read_policy(path: str | Path) -> Policy:
     """Read a policy written by `save_policy`.
 
     Args:
-        path: the .npz file.
+        path: the .npz file, or a folder with one.
 
     Raises:
         MotionFileError: missing, not a policy, or of another schema version.

@@ -1,6 +1,9 @@
 """Body positions, COM and foot points of whole motions, computed by MuJoCo frame by frame."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import pairwise
+from threading import get_ident
 
 import mujoco
 import numpy as np
@@ -46,25 +49,54 @@ def forward_kinematics(qpos: NDArray[np.float64], character: Character = humanoi
         Kinematics with T frames.
     """
     model = character.model
-    data = mujoco.MjData(model)
+    data = _scratch(model, get_ident())
     n = len(qpos)
-    xpos = np.empty((n, model.nbody - 1, 3))
-    xquat = np.empty((n, model.nbody - 1, 4))
-    xipos = np.empty((n, model.nbody - 1, 3))
     feet = character.sole_geoms
-    geoms = np.empty((n, *feet.shape, 3))
-    data_qpos, data_xpos, data_xquat = data.qpos, data.xpos, data.xquat
-    data_xipos, data_geom = data.xipos, data.geom_xpos
-    for frame in range(n):
-        data_qpos[:] = qpos[frame]
+    results = (data.xpos, data.xquat, data.xipos, data.geom_xpos)
+    flat = [result.reshape(-1) for result in results]
+    ends = np.cumsum([0, *(part.size for part in flat)])
+    rows = np.empty((n, ends[-1]))
+    data_qpos = data.qpos
+    for pose, row in zip(qpos, rows):  # one copy a frame: this loop is what a kinematic synthesis spends its time on
+        data_qpos[:] = pose
         mujoco.mj_kinematics(model, data)
-        xpos[frame] = data_xpos[1:]
-        xquat[frame] = data_xquat[1:]
-        xipos[frame] = data_xipos[1:]
-        geoms[frame] = data_geom[feet]
-    mass = model.body_mass[1:]
-    geoms[..., 2] -= model.geom_size[feet, 0]
-    return Kinematics(xpos, xquat, xipos, np.einsum("b,tbi->ti", mass, xipos) / mass.sum(), geoms)
+        np.concatenate(flat, out=row)
+    parts = (rows[:, first:after] for first, after in pairwise(ends.tolist()))
+    xpos, xquat, xipos, geoms = (part.reshape(n, *result.shape) for part, result in zip(parts, results))
+    points = geoms[:, feet]
+    points[..., 2] -= model.geom_size[feet, 0]
+    xpos, xquat, xipos = (np.ascontiguousarray(part[:, 1:]) for part in (xpos, xquat, xipos))
+    return Kinematics(xpos, xquat, xipos, _com(xipos, character), points)
+
+
+def changed_kinematics(
+    kinematics: Kinematics, qpos: NDArray[np.float64], frames: NDArray[np.intp], character: Character
+) -> Kinematics:
+    """Kinematics of a motion of which some frames have changed, the same to the bit as if it were computed whole.
+
+    Args:
+        kinematics: before the change, of T frames.
+        qpos: (T, nq) poses.
+        frames: (N,) indices of those that have changed.
+        character: the humanoid.
+    """
+    new = forward_kinematics(qpos[frames], character)
+    arrays = {}
+    for name in ("xpos", "xquat", "xipos", "foot_points"):
+        arrays[name] = getattr(kinematics, name).copy()
+        arrays[name][frames] = getattr(new, name)
+    return replace(kinematics, com=_com(arrays["xipos"], character), **arrays)
+
+
+@lru_cache(maxsize=16)
+def _scratch(model: mujoco.MjModel, thread: int) -> mujoco.MjData:
+    """Working memory of a model, one for each thread; making one takes as long as the kinematics of a hundred frames."""
+    return mujoco.MjData(model)
+
+
+def _com(xipos: NDArray[np.float64], character: Character) -> NDArray[np.float64]:
+    mass = character.model.body_mass[1:]
+    return np.asarray(np.einsum("b,tbi->ti", mass, xipos) / mass.sum())
 
 
 def body_clearance(qpos: NDArray[np.float64], character: Character = humanoid()) -> NDArray[np.float64]:

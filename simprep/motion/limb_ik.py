@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from simprep.character import SIDES, Character
 from simprep.humanoid import humanoid
-from simprep.motion.rotations import axis_rotation
+from simprep.motion.rotations import axis_rotation, cross
 
 Array = NDArray[np.float64]
 
@@ -131,7 +131,7 @@ def solve_leg(
     knee = two_bar_bend(distance, a, b)
     down = line / distance[:, None]
     toe = foot[:, :, 0]
-    axis = np.cross(toe, down)
+    axis = cross(toe, down)
     hint = foot[:, :, 1].copy() if knee_axis is None else np.einsum("tji,tj->ti", pelvis_rotation, knee_axis)
     axis *= np.where((axis * hint).sum(axis=1, keepdims=True) < 0, -1.0, 1.0)
     length = np.linalg.norm(axis, axis=1, keepdims=True)
@@ -143,11 +143,11 @@ def solve_leg(
         share = np.maximum(1 - (length / steep) ** 2, 0.0) ** 2
         axis += share * (hint - axis)
         axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)
-    forward = np.cross(down, axis)
+    forward = cross(down, axis)
     # thigh's angle before the hip-ankle line, in the leg's plane
     lean = np.arctan2(b * np.sin(knee), a + b * np.cos(knee))
     thigh_down = np.cos(lean)[:, None] * down + np.sin(lean)[:, None] * forward
-    thigh = np.stack([np.cross(axis, -thigh_down), axis, -thigh_down], axis=-1)  # columns x, y, z
+    thigh = np.stack([cross(axis, -thigh_down), axis, -thigh_down], axis=-1)  # columns x, y, z
     hip = ball_joint_angles(thigh)
     # knee about y, then ankle: R = Ry(d) Rx(i)
     ankle_rotation = np.einsum("tji,tjk->tik", thigh @ axis_rotation("y", knee), foot)

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+from simprep.archive import find_archive
 from simprep.character import Character
 from simprep.errors import MotionError, MotionFileError, SettingError
 from simprep.humanoid import humanoid, humanoid_of_leg
@@ -13,6 +14,7 @@ from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.formats.text import MAX_FILE_BYTES
 from simprep.motion.import_check import ImportCheck, check_import
 from simprep.motion.motion import Motion
+from simprep.motion.store import SCHEMA, read_motion
 
 READABLE = ".npz, .bvh, .amc (with its .asf), .txt or .json (DeepMimic)"
 
@@ -82,7 +84,8 @@ def load_motion(
     """Load a motion file onto our humanoid.
 
     Args:
-        path: .npz written by simprep, .bvh, .amc with its .asf beside it, or a DeepMimic .txt/.json clip.
+        path: .npz written by simprep or a folder with one, .bvh, .amc with its .asf beside it, or a DeepMimic .txt/.json
+            clip.
         fps: output frame rate [1/s]; None: the file's, at most 60.
         up: the file's vertical axis, `x`, `y` or `z`; None to find it.
         scale: metres per file unit; None to find it.
@@ -111,9 +114,7 @@ def import_motion(
     character: Character = humanoid(),
 ) -> ImportResult:
     """Load a motion file and report how; arguments and errors as for `load_motion`."""
-    path = Path(path)
-    if path.is_dir():
-        raise MotionFileError(path, f"a directory; valid: {READABLE}")
+    path = find_archive(path, "simprep motion", SCHEMA)
     if not path.is_file():
         raise MotionFileError(path, "no such file")
     if path.stat().st_size > MAX_FILE_BYTES:
@@ -218,7 +219,6 @@ def read_source(path: Path) -> SourceClip:
 
 def _own(path: Path, fps: float | None) -> ImportResult:
     from simprep.motion.edit import resample
-    from simprep.motion.store import read_motion
 
     motion = read_motion(path)
     if fps is not None:

@@ -44,7 +44,7 @@ def read_motion(path: str | Path) -> Motion:
     """Read a motion written by `save_motion`.
 
     Args:
-        path: the .npz file.
+        path: the .npz file, or a folder with one.
 
     Raises:
         MotionFileError: missing, not ours, another schema version or another model, damaged; a known file of others is

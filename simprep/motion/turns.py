@@ -27,11 +27,11 @@ def about_vertical(angle: NDArray[np.float64] | float) -> NDArray[np.float64]:
 
 
 def rotation_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotation vector (3,), in world axes, that turns one orientation into another [rad].
+    """Rotation vectors (..., 3), in world axes, that turn one orientation into another [rad].
 
     Args:
-        a: (4,) quaternion wxyz.
-        b: (4,) the other.
+        a: (4,) or (N, 4) quaternions wxyz.
+        b: of the same shape, the others.
     """
     turn = Rotation.from_quat(b, scalar_first=True) * Rotation.from_quat(a, scalar_first=True).inv()
     return np.asarray(turn.as_rotvec())

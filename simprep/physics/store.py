@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.archive import open_archive, write_archive
+from simprep.archive import find_archive, open_archive, write_archive
 from simprep.errors import MotionError, MotionFileError
 from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, humanoid
 from simprep.motion.motion import Motion
@@ -51,14 +51,12 @@ def read_run(path: str | Path) -> Run:
     """Read what `save_run` wrote, to the bit.
 
     Args:
-        path: the file, or a folder of results with a `run.npz` in it.
+        path: the file, or a folder of results with a run in it.
 
     Raises:
         MotionFileError: missing, damaged, not a run, of another schema version or another model.
     """
-    path = Path(path)
-    if path.is_dir():
-        path = path / RUN_FILE
+    path = find_archive(path, "simprep run", SCHEMA, RUN_FILE)
     with open_archive(path, "simprep run", SCHEMA, max_bytes=MAX_BYTES) as (header, archive):
         model = (header["model"], header["model_version"])
         if model != (MODEL_NAME, MODEL_VERSION) or tuple(header["hinges"]) != HINGES:

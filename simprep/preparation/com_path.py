@@ -9,7 +9,8 @@ raw pull: a convex problem, solved for the whole motion at once. Towards a jump 
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve_banded, cholesky_banded
+from scipy.linalg import cholesky_banded
+from scipy.linalg.lapack import dpbtrs
 
 Array = NDArray[np.float64]
 
@@ -49,10 +50,10 @@ def smooth_path_in_discs(wanted: Array, centre: Array, radius: Array, tau: float
     dual = np.zeros_like(wanted)
     penalty = _PENALTY * bound[:, None]
     for _ in range(_ITERATIONS):
-        x = cho_solve_banded((factor, True), wanted + penalty * (z - dual), check_finite=False)
+        x, _ = dpbtrs(factor, wanted + penalty * (z - dual), lower=True)
         free = x + dual
         offset = free - centre
-        length = np.sqrt((offset * offset).sum(axis=1))
+        length = np.sqrt(offset[:, 0] * offset[:, 0] + offset[:, 1] * offset[:, 1])
         z = centre + offset * np.minimum(1.0, radius / np.maximum(length, 1e-12))[:, None]
         dual = free - z
     return np.asarray(x)

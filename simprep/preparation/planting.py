@@ -15,7 +15,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from simprep.character import SIDES, Character
 from simprep.motion.contacts import stances
 from simprep.motion.curves import dying_away, minimum_jerk
-from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.kinematics import Kinematics, changed_kinematics, forward_kinematics
 from simprep.motion.limb_ik import Leg, legs, solve_leg
 from simprep.motion.rotations import axis_rotation, rotation_matrix
 from simprep.motion.turns import turned
@@ -111,7 +111,10 @@ def plant_feet(
     start = np.zeros((2, 4)) if start is None else start
     for side, (leg, foot) in enumerate(zip(legs(character), character.feet)):
         track = _Track(leg, before.xpos[:, foot], rotation[:, foot])
-        origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
+        if source is before:
+            origin = track
+        else:
+            origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
         if standing.turning is not None:
             track.heading, origin.heading = foot_heading(track.rotation), foot_heading(origin.rotation)
         height = reference_height[..., side]
@@ -132,6 +135,8 @@ def plant_feet(
     pelvis = before.xpos[:, 0] - drop[:, None] * np.array([0.0, 0.0, 1.0])
     aim = goal.copy()
     missed = changed
+    after = before
+    moved = missed.any(axis=1) | (drop != 0)
     for _ in range(2 * _PASSES if standing.yielding else _PASSES):
         for side, leg in enumerate(legs(character)):
             frames = np.flatnonzero(missed[:, side])
@@ -146,11 +151,12 @@ def plant_feet(
                 _STEEP if standing.yielding else 0.0,
             )
             out[np.ix_(frames, 7 + leg.hinges)] = np.clip(angles, leg.low, leg.high)
-        after = forward_kinematics(out, character)
+        after = changed_kinematics(after, out, np.flatnonzero(moved), character)
         missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, character)
         if standing.yielding:
             missed |= changed & _yield(aim, goal, goal_rotation, after, contacts, character)
-        if not missed.any():
+        moved = missed.any(axis=1)
+        if not moved.any():
             break
     error = np.linalg.norm(after.xpos[:, character.feet] - goal, axis=-1)
     return Planted(out, error, drop, after, corrections)

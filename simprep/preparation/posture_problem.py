@@ -7,6 +7,7 @@ not.
 """
 
 from dataclasses import dataclass
+from math import sqrt
 
 import mujoco
 import numpy as np
@@ -51,6 +52,7 @@ class PostureFrame:
         centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
         expected: (M, 3) body centres that continue the two frames before in a straight line [m]; None leaves out C_m.
         fixed_smoothness: part of the bodies that do not move in the sum of C_m [m per frame squared].
+        anchors: (1, M, 3) `blended`, or (2, M, 3) with `expected` after it.
     """
 
     qpos: Array
@@ -60,6 +62,7 @@ class PostureFrame:
     centre: Array | None
     expected: Array | None
     fixed_smoothness: float
+    anchors: Array
 
 
 class PostureProblem:
@@ -86,12 +89,15 @@ class PostureProblem:
         self.high = self.model.jnt_range[1 + joints, 1]
         moved = _moved_segments(self.model, 1 + joints)
         self._moved, self._fixed = np.flatnonzero(moved), np.flatnonzero(~moved)
+        self._moved_ids = self._moved + 1  # in the model, which begins with the world
         mass = self.model.body_mass[1:]
         self._share = mass / mass.sum()
         self._moved_share = self._share[self._moved]
         self._jacobian = np.zeros((len(self._moved), 3, self.model.nv))
         self._rows = [(int(i) + 1, self._jacobian[k]) for k, i in enumerate(self._moved)]
         self._eps = settings.smooth_norm
+        self._eps2 = self._eps**2
+        self._weights = np.array([[settings.style_weight], [settings.smoothness_weight]]) / len(mass)
         self._qpos = self.data.qpos
         self._xipos = self.data.xipos
 
@@ -113,18 +119,20 @@ class PostureProblem:
             straight_on = 2 * last - before_last
             expected = straight_on[self._moved]
             fixed_smoothness = float(self._norm(centres[self._fixed] - straight_on[self._fixed]).sum())
+        blended = centres[self._moved]
         return PostureFrame(
             qpos=np.array(qpos),
             hinges=np.array(qpos[self.columns]),
-            blended=centres[self._moved],
+            blended=blended,
             com_fixed=self._share[self._fixed] @ centres[self._fixed, :2],
             centre=centre,
             expected=expected,
             fixed_smoothness=fixed_smoothness,
+            anchors=np.stack([blended] if expected is None else [blended, expected]),
         )
 
     def _norm(self, difference: Array) -> Array:
-        return np.asarray(np.sqrt((difference * difference).sum(axis=-1) + self._eps**2) - self._eps)
+        return np.asarray(np.sqrt(np.add.reduce(difference * difference, axis=-1) + self._eps2) - self._eps)
 
     def _pose(self, frame: PostureFrame, hinges: Array) -> None:
         self._qpos[:] = frame.qpos
@@ -158,15 +166,17 @@ class PostureProblem:
     def costs(self, frame: PostureFrame, hinges: Array) -> Costs:
         """Cost terms of a frame at (K,) hinges."""
         self._pose(frame, hinges)
-        p = self._xipos[1 + self._moved]
+        p = self._xipos.take(self._moved_ids, axis=0)
         s = self.settings
         n = len(self._share)
         balance = smoothness = 0.0
         if frame.centre is not None:
-            balance = float(self._norm(frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre))
-        style = float(self._norm(p - frame.blended).sum()) / n
-        if frame.expected is not None:
-            smoothness = (float(self._norm(p - frame.expected).sum()) + frame.fixed_smoothness) / n
+            x, y = (frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre).tolist()
+            balance = sqrt(x * x + y * y + self._eps2) - self._eps
+        style, *others = np.add.reduce(self._norm(p - frame.anchors), axis=1).tolist()
+        style /= n
+        if others:
+            smoothness = (others[0] + frame.fixed_smoothness) / n
         total = s.balance_weight * balance + s.style_weight * style + s.smoothness_weight * smoothness
         change = hinges - frame.hinges
         total += s.joint_weight / 2 * float(change @ change)
@@ -183,22 +193,20 @@ class PostureProblem:
             gradient: (K,) [m/rad].
             curvature: (K, K) positive semidefinite [m/rad^2].
         """
-        model, data, s = self.model, self.data, self.settings
         self._pose(frame, hinges)
+        return self._gradient_here(frame, hinges)
+
+    def _gradient_here(self, frame: PostureFrame, hinges: Array) -> tuple[Array, Array]:
+        """`gradient` at the hinges that `_pose` was called with last."""
+        model, data, s = self.model, self.data, self.settings
         mujoco.mj_comPos(model, data)
         for body_id, out in self._rows:
             mujoco.mj_jacBodyCom(model, data, out, None, body_id)
         jacobian = self._jacobian.take(self._velocities, axis=2)  # (M, 3, K), in C order as reshaped below
-        p = self._xipos[1 + self._moved]
-        eps2, n = self._eps**2, len(self._share)
-        r = p - frame.blended
-        pull = s.style_weight / n / np.sqrt((r * r).sum(axis=1) + eps2)  # (M,)
-        force = pull[:, None] * r
-        if frame.expected is not None:
-            r = p - frame.expected
-            smooth = s.smoothness_weight / n / np.sqrt((r * r).sum(axis=1) + eps2)
-            force = force + smooth[:, None] * r
-            pull = pull + smooth
+        p = self._xipos.take(self._moved_ids, axis=0)
+        r = p - frame.anchors
+        pulls = self._weights[: len(r)] / np.sqrt(np.add.reduce(r * r, axis=2) + self._eps2)  # (1 or 2, M)
+        force, pull = np.add.reduce(pulls[..., None] * r, axis=0), np.add.reduce(pulls, axis=0)
         flat = jacobian.reshape(-1, len(self.columns))
         gradient = force.ravel() @ flat
         weighted = flat * np.repeat(np.sqrt(pull), 3)[:, None]
@@ -207,8 +215,8 @@ class PostureProblem:
         curvature[self._diagonal] += s.joint_weight
         if frame.centre is not None:
             r = frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre
-            scale = s.balance_weight / np.sqrt(r @ r + eps2)
-            com = np.tensordot(self._moved_share, jacobian[:, :2], axes=1)  # (2, K)
+            scale = s.balance_weight / np.sqrt(r @ r + self._eps2)
+            com = (self._moved_share[None] @ jacobian[:, :2].reshape(len(p), -1)).reshape(2, len(self.columns))
             gradient = gradient + scale * (r @ com)
             curvature += scale * (com.T @ com)
         return gradient, curvature
@@ -227,7 +235,7 @@ class PostureProblem:
         first = cost = self.costs(frame, hinges).total
         steps = 0
         while steps < self.settings.max_steps:
-            gradient, curvature = self.gradient(frame, hinges)
+            gradient, curvature = self._gradient_here(frame, hinges)  # their cost was the last to be computed
             held = ((hinges <= self.low) & (gradient > 0)) | ((hinges >= self.high) & (gradient < 0))
             if held.any():  # a hinge pressed against its limit takes no part in this step
                 gradient = np.where(held, 0.0, gradient)
@@ -239,7 +247,7 @@ class PostureProblem:
                 direction = gradient
             length = 1.0
             for _ in range(6):
-                trial = np.clip(hinges - length * direction, self.low, self.high)
+                trial = np.minimum(np.maximum(hinges - length * direction, self.low), self.high)
                 trial_cost = self.costs(frame, trial).total
                 if trial_cost < cost:
                     break

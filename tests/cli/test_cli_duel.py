@@ -27,7 +27,7 @@ def test_synthetic_stream_then_analysis(folder, capsys):
     code, out, _ = run(
         capsys,
         "analyse",
-        folder / "taekwondo_1.npz",
+        folder,  # the stream in it, and its truth
         "-o",
         folder / "out",
         "--splits",
@@ -68,8 +68,8 @@ def test_a_stream_without_truth_needs_annotations(folder, capsys):
     assert "no annotations" in err
     assert not (folder / "none").exists()
     code, _, _ = run(
-        capsys, "analyze", folder / "recorded.npz", "--annotations", folder / "out" / "labels.csv", "--cuts",
-        folder / "out" / "cuts.txt", "-o", folder / "own", "--splits", 1, "--components", 1, "--no-figures", "--json",
+        capsys, "analyze", folder / "recorded.npz", "--annotations", folder / "out", "--cuts",
+        folder / "out", "-o", folder / "own", "--splits", 1, "--components", 1, "--no-figures", "--json",
     )  # fmt: skip
     assert code == 0
     tables = json.loads((folder / "own" / "tables.json").read_text())

@@ -148,7 +148,7 @@ REFUSED = {
     # cuts that would be written where there are none: only once everything could be read
     "missing action of new cuts": ("label IN/stream.npz IN/missing.csv --cuts new.txt", "missing.csv, line 2: player A has no"),
     "both kinds of annotation": ("analyze IN/stream.npz --proposed --no-proposed", "both --proposed and --no-proposed"),
-    "folder without a model": ("fight --model IN", "no model.npz in this folder; `simprep duel analyse STREAM -o DIR`"),
+    "folder without a model": ("fight --model IN", "a directory without a duel model, which `simprep duel analyse STREAM -o DIR` writes; in it: a.npz, "),
     "stream as a model": ("fight --model IN/stream.npz", "stream.npz: schema 'simprep.duel-stream/1'; this version reads"),
 }  # fmt: skip
 

@@ -4,11 +4,12 @@ import json
 import subprocess
 import sys
 from time import perf_counter
+from typing import get_args
 
 import numpy as np
 import pytest
 
-from simprep.cli.main import main
+from simprep.cli.main import Command, main
 from simprep.errors import SettingError
 from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion
@@ -114,6 +115,19 @@ def test_track_prints_one_json_object_and_writes_its_files(arm_raise, tmp_path, 
     assert run.end_s == content["survived_s"]
 
 
+@pytest.mark.parametrize(("frames", "used"), [("0:600", 25), ("10:26", 15)])
+def test_frames_beyond_the_end_are_left_out_and_that_is_said(arm_raise, frames, used, tmp_path, capsys):
+    arguments = ["track", str(arm_raise), "--controller", "pd", "-o", str(tmp_path / "out"), "--json", "--no-pictures"]
+    assert main([*arguments, "--frames", frames]) == 0
+    printed = capsys.readouterr()
+    said = f"arm_raise: --frames {frames} goes beyond its 25 frames; {25 - used}:25 is used"
+    assert printed.err.startswith(f"warning: {said}\n")
+    assert json.loads(printed.out)["warnings"] == [said]
+    assert json.loads(printed.out)["survived_s"] == pytest.approx((used - 1) / 30, abs=0.01)
+    assert main([*arguments, "--frames", ":25"]) == 0
+    assert "warning" not in capsys.readouterr().err
+
+
 def test_track_frames_and_seconds(arm_raise, tmp_path, capsys):
     arguments = ["track", str(arm_raise), "--controller", "pd", "-o", str(tmp_path / "out"), "--json", "--no-pictures"]
     assert main([*arguments, "--frames", "5:20"]) == 0
@@ -122,8 +136,54 @@ def test_track_frames_and_seconds(arm_raise, tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["survived_s"] == pytest.approx(0.3, abs=0.01)
     assert main([*arguments, "--frames", "20:5"]) == 2
     assert "frames 20:5" in capsys.readouterr().err
+    for beyond in ("25:30", "40:"):
+        assert main([*arguments, "--frames", beyond]) == 2
+        assert "valid: 0 <= a < b <= 25" in capsys.readouterr().err
     assert main([*arguments, "--frames", "a:5"]) == 2
     assert "--frames 'a:5'" in capsys.readouterr().err
+
+
+def leaves(command=Command, words=()):
+    """Every command: its words, and its class."""
+    for part in get_args(command):
+        kind, subcommand = get_args(part)[:2]
+        here = (*words, subcommand.name)
+        yield from leaves(kind, here) if get_args(kind) else [(here, kind)]
+
+
+@pytest.mark.parametrize(("words", "kind"), [pytest.param(*leaf, id=" ".join(leaf[0])) for leaf in leaves()])
+def test_every_command_has_json_and_quiet(words, kind, monkeypatch, capsys):
+    def work(self, output):
+        assert (self.json, self.quiet) == (output.as_json, output.quiet)
+        output.say("a table")
+        output.warn("a doubt")
+        return {"complete": True}
+
+    monkeypatch.setattr(kind, "_run", work)
+    needed = {"approach": ["--goal", "1,0"], "fetch": ["cmu"], "synthetic": ["kickboxing"]}.get(words[-1])
+    if needed is None:
+        needed = ["x"] if words[-1] in ("track", "import", "join", "label", "analyse", "show") else []
+    printed = {}
+    for flags in ([], ["--quiet"], ["--json"], ["--json", "--quiet"]):
+        assert main([*words, *needed, *flags]) == 0
+        printed[tuple(flags)] = tuple(capsys.readouterr())
+    doubt, content = "warning: a doubt\n", '{"complete": true}\n'
+    assert printed == {
+        (): ("a table\n", doubt),
+        ("--quiet",): ("", doubt),
+        ("--json",): (content, f"a table\n{doubt}"),
+        ("--json", "--quiet"): (content, doubt),
+    }
+
+
+def test_quiet_leaves_the_json_of_a_command_and_says_nothing_more(arm_raise, tmp_path, capsys):
+    arguments = ["track", str(arm_raise), "--controller", "pd", "-o", str(tmp_path / "out"), "--no-pictures"]
+    assert main([*arguments, "--json", "--quiet"]) == 0
+    printed = capsys.readouterr()
+    assert json.loads(printed.out) == json.loads((tmp_path / "out" / "metrics.json").read_text())
+    assert printed.err == ""
+    assert main([*arguments, "--quiet", "--frames", "40:"]) == 2
+    assert capsys.readouterr().err.startswith("simprep: arm_raise: frames 40:25")
 
 
 @pytest.mark.parametrize(

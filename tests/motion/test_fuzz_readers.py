@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from hypothesis.internal.conjecture import providers
 from motion_files import LIMBS, amc_text, asf_text, bvh_text, deepmimic_frame, deepmimic_text
 
 from simprep.duel.stream.positions import position_clip, read_positions
@@ -58,6 +59,14 @@ text_damage = st.one_of(
     word_damage, word_damage, line_damage, byte_damage, st.tuples(st.just("encode"), place, st.sampled_from(ENCODINGS))
 )
 damages = st.lists(text_damage, min_size=1, max_size=3)
+
+
+@pytest.fixture(autouse=True)
+def no_constants_of_loaded_modules(monkeypatch: pytest.MonkeyPatch) -> None:
+    """hypothesis also draws constants found in the modules loaded so far: cases would depend on the tests run before."""
+    nothing = providers.Constants(integers=set(), floats=set(), bytes=set(), strings=set())
+    monkeypatch.setattr(providers, "_get_local_constants", lambda: nothing)
+    monkeypatch.setattr(providers, "CONSTANTS_CACHE", type(providers.CONSTANTS_CACHE)(1024))
 
 
 def damaged(content: bytes, how: Damage) -> bytes:

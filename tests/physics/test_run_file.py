@@ -154,7 +154,7 @@ def test_bad_files_give_one_clear_error(run: Run, tmp_path: Path) -> None:
     (tmp_path / "half.npz").write_bytes(whole[: len(whole) // 2])
     cases = {
         tmp_path / "nowhere.npz": "nowhere.npz: no such file",
-        tmp_path / "empty": r"run\.npz: no such file",
+        tmp_path / "empty": r"empty: a directory without a simprep run; in it: no \.npz",
         tmp_path / "text.npz": "not a readable simprep run",
         tmp_path / "half.npz": "not a readable simprep run",
         save_motion(run.bodies[0].reference, tmp_path / "motion"): "schema 'simprep.motion/1'.*reads 'simprep.run/2'",

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 import tyro
 
 from simprep.cli import output as cli_output
-from simprep.cli.output import Output, print_result
+from simprep.cli.output import Output, Quiet, print_result
 
 
 @dataclass(frozen=True)
@@ -21,7 +21,7 @@ class DuelAnalyse:
     """
 
     stream: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="STREAM", help_behavior_hint="")]
-    """The .npz file that `simprep duel import` or `simprep duel synthetic` wrote."""
+    """The .npz file that `simprep duel import` or `simprep duel synthetic` wrote, or its folder."""
 
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = Path("analysis")
     """Folder to write to (default analysis)."""
@@ -56,20 +56,23 @@ class DuelAnalyse:
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
 
+    quiet: Quiet = False
+
     def run(self) -> None:
         """Analyse, write, print."""
-        print_result(self.json, self._run)
+        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         import numpy as np
 
+        from simprep.archive import find_archive
         from simprep.duel.analysis import STAGES, AnalysisSettings, analyse
         from simprep.duel.labels.annotations import read_annotations, save_annotations
         from simprep.duel.labels.cuts import read_cuts, save_cuts
         from simprep.duel.labels.labels import ASPECTS, decode
         from simprep.duel.model.evaluation import EvaluationSettings
         from simprep.duel.model.fight_model import save_fight_model
-        from simprep.duel.stream.store import read_stream
+        from simprep.duel.stream.store import SCHEMA, read_stream
         from simprep.duel.stream.stream import check_stream
         from simprep.duel.synthetic.truth import read_truth, truth_path
         from simprep.errors import MissingExtraError, MotionError, MotionFileError, SettingError
@@ -91,10 +94,11 @@ class DuelAnalyse:
             not self.no_proposed,
             EvaluationSettings(splits=self.splits, components=tuple(range(1, self.components + 1))),
         )
-        stream = read_stream(self.stream)
+        source = find_archive(self.stream, "two-person stream", SCHEMA)  # the truth is beside the file
+        stream = read_stream(source)
         for warning in check_stream(stream).warnings:
             output.warn(warning)
-        truth = read_truth(truth_path(self.stream), stream) if truth_path(self.stream).is_file() else None
+        truth = read_truth(truth_path(source), stream) if truth_path(source).is_file() else None
         cuts = None if self.cuts is None else read_cuts(self.cuts, stream)
         path = self.annotations
         annotate = None if path is None else (lambda table: read_annotations(path, table))
@@ -112,11 +116,11 @@ class DuelAnalyse:
             except (MotionError, SettingError) as error:
                 # the evaluation learns from two thirds of the stream, with up to --components components
                 hint = " (a longer stream, or fewer --components)" if reached == "evaluation" else ""
-                raise MotionFileError(self.stream, f"{error}{hint}") from None
+                raise MotionFileError(source, f"{error}{hint}") from None
         for warning in found.tables["warnings"]:
             output.warn(warning)
         self.out.mkdir(parents=True, exist_ok=True)
-        command = f"simprep duel analyse {self.stream.name} --seed {self.seed} --splits {self.splits}"
+        command = f"simprep duel analyse {source.name} --seed {self.seed} --splits {self.splits}"
         written = [
             *save_fight_model(found.model, stream, self.out),
             save_cuts(found.segmentation if cuts is None else cuts, stream, self.out / "cuts.txt"),

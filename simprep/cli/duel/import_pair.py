@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from simprep.cli.output import Output, print_result
+from simprep.cli.output import Output, Quiet, print_result
 
 
 @dataclass(frozen=True)
@@ -20,7 +20,7 @@ class DuelImport:
     """
 
     files: Annotated[tyro.conf.Positional[tuple[Path, ...]], tyro.conf.arg(metavar="A [B]", help_behavior_hint="")]
-    """The file of each person, or one file with both."""
+    """The file of each person, or one file with both; a folder stands for the one file of simprep in it."""
 
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="OUT", help_behavior_hint="")] = None
     """The .npz file to write; default: the files' names joined by +, in the current folder."""
@@ -44,15 +44,19 @@ class DuelImport:
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
 
+    quiet: Quiet = False
+
     def run(self) -> None:
         """Import, write, print."""
-        print_result(self.json, self._run)
+        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
+        from simprep.archive import find_archive
         from simprep.duel.stream.import_pair import import_pair
-        from simprep.duel.stream.store import read_stream, save_stream
+        from simprep.duel.stream.store import SCHEMA, read_stream, save_stream
         from simprep.duel.stream.stream import PLAYERS
         from simprep.errors import MotionFileError, SettingError
+        from simprep.motion.store import SCHEMA as MOTION_SCHEMA
 
         if len(self.files) not in (1, 2):
             raise SettingError(f"{len(self.files)} files; valid: one per person, or one with both people")
@@ -63,7 +67,8 @@ class DuelImport:
             bodies, fps = (a.character, b.character), a.fps if fps is None else fps
         pair = import_pair(self.files[0], second, fps, self.up, self.scale, self.joint_map, bodies=bodies)
         target = self.out or Path(f"{pair.stream.name}.npz")
-        if target.resolve() in [file.resolve() for file in self.files]:
+        kind = ("simprep motion", MOTION_SCHEMA) if second else ("two-person stream", SCHEMA)
+        if target.resolve() in [find_archive(file, *kind).resolve() for file in self.files]:
             raise MotionFileError(target, "is a file to import; give another with -o")
         written = save_stream(pair.stream, target)
         report = pair.report

@@ -6,7 +6,7 @@ from typing import Annotated, Any
 
 import tyro
 
-from simprep.cli.output import Output, print_result
+from simprep.cli.output import Output, Quiet, print_result
 
 
 @dataclass(frozen=True)
@@ -19,7 +19,7 @@ class DuelJoin:
     streams: Annotated[
         tyro.conf.Positional[tuple[Path, ...]], tyro.conf.arg(metavar="STREAM [STREAM ...]", help_behavior_hint="")
     ]
-    """Streams that `simprep duel import` wrote, in order."""
+    """Streams that `simprep duel import` wrote, or their folders, in order."""
 
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="OUT", help_behavior_hint="")] = Path("stream.npz")
     """The .npz file to write (default stream.npz)."""
@@ -27,23 +27,27 @@ class DuelJoin:
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
 
+    quiet: Quiet = False
+
     def run(self) -> None:
         """Read, join, write, print."""
-        print_result(self.json, self._run)
+        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from dataclasses import replace
 
-        from simprep.duel.stream.store import read_stream, save_stream
+        from simprep.archive import find_archive
+        from simprep.duel.stream.store import SCHEMA, read_stream, save_stream
         from simprep.duel.stream.stream import check_stream, concatenate_streams
         from simprep.errors import MotionFileError, SettingError
 
         if not self.streams:
             raise SettingError("no streams to join; valid: one or more files that `simprep duel import` wrote")
-        if self.out.resolve() in [path.resolve() for path in self.streams]:
+        files = [find_archive(path, "two-person stream", SCHEMA) for path in self.streams]
+        if self.out.resolve() in [path.resolve() for path in files]:
             raise MotionFileError(self.out, "is a stream to join; give another with -o")
         # errors then name files; the result has a name of its own
-        named = [replace(read_stream(path), name=str(path)) for path in self.streams]
+        named = [replace(read_stream(path), name=str(path)) for path in files]
         stream = concatenate_streams(named, self.out.stem)
         report = check_stream(stream)
         for warning in report.warnings:

@@ -7,7 +7,7 @@ from typing import Annotated, Any
 import tyro
 from rich.table import Table
 
-from simprep.cli.output import Output, print_result
+from simprep.cli.output import Output, Quiet, print_result
 
 CONFUSED = 6
 
@@ -23,7 +23,7 @@ class DuelLabel:
     """
 
     stream: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="STREAM", help_behavior_hint="")]
-    """The .npz file that `simprep duel import` wrote."""
+    """The .npz file that `simprep duel import` wrote, or its folder."""
 
     annotations: Annotated[
         tyro.conf.Positional[Path | None], tyro.conf.arg(metavar="[ANNOTATIONS]", help_behavior_hint="")
@@ -51,9 +51,11 @@ class DuelLabel:
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""
 
+    quiet: Quiet = False
+
     def run(self) -> None:
         """Label, write, print."""
-        print_result(self.json, self._run)
+        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         import numpy as np

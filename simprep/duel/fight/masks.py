@@ -5,6 +5,7 @@ that have learned from a part of the stream, whose candidates are fewer than the
 """
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -43,6 +44,7 @@ def is_neutral(codes: ArrayLike) -> BoolArray:
     return np.asarray((decode(codes)[:, :_REACT] == others).all(axis=1))
 
 
+@cache
 def reaction_to(code: int) -> int:
     """Index of the qualifier of `react` that the rule gives an action begun while the opponent does this."""
     if brings([code], KICKS)[0]:

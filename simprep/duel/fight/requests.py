@@ -10,6 +10,7 @@ from pathlib import Path
 
 from simprep.duel.model.structures import REQUESTS
 from simprep.errors import MotionFileError, SettingError, SimprepError, UnknownNameError
+from simprep.files import find_file
 
 COLUMNS = ("time_s", "action", "x_m", "y_m")
 FARTHEST_M = 100.0
@@ -59,7 +60,7 @@ def read_requests(path: str | Path) -> tuple[Request, ...]:
     Lines that begin with # are comments.
 
     Args:
-        path: the file.
+        path: the file, or a folder with one.
 
     Returns:
         The requests by time.
@@ -68,7 +69,7 @@ def read_requests(path: str | Path) -> tuple[Request, ...]:
         MotionFileError: missing, without the columns, without requests, or a line that asks for nothing valid; the
             message names the line.
     """
-    path = Path(path)
+    path = find_file(path, "table of requests", ".csv")
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except FileNotFoundError:

@@ -121,10 +121,11 @@ def inertialise(seam: FloatArray, target: FloatArray, before: FloatArray, frames
     Returns:
         (F, nq) poses.
     """
-    ends = np.stack([before, target[0], target[1]])
-    offset = _difference(target[0], seam[1])
-    own = np.stack([_difference(seam[0], seam[1]), _difference(seam[1], seam[2])])
-    other = np.stack([_difference(ends[0], ends[1]), _difference(ends[1], ends[2])])
+    ways = _difference(
+        np.stack([target[0], seam[0], seam[1], before, target[0]]),
+        np.stack([seam[1], seam[1], seam[2], target[0], target[1]]),
+    )
+    offset, own, other = ways[0], ways[1:3], ways[3:]
     slope = 0.5 * (own.sum(axis=0) - other.sum(axis=0)) * frames
     bend = ((own[1] - own[0]) - (other[1] - other[0])) * frames**2
     x = np.minimum(np.arange(len(target)) / frames, 1.0)[:, None]
@@ -143,8 +144,9 @@ def inertialise(seam: FloatArray, target: FloatArray, before: FloatArray, frames
 
 
 def _difference(a: FloatArray, b: FloatArray) -> FloatArray:
-    """(nv,) from pose a to pose b: position, rotation vector in the world, hinges."""
-    return np.concatenate([b[:3] - a[:3], rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]])
+    """(N, nv) from poses a to poses b, (N, nq): position, rotation vector in the world, hinges."""
+    turn = rotation_between(a[:, 3:7], b[:, 3:7])
+    return np.concatenate([b[:, :3] - a[:, :3], turn, b[:, 7:] - a[:, 7:]], axis=1)
 
 
 def plan_contacts(contacts: BoolArray, seam: Seam, fps: float, settings: StitchSettings = DEFAULT_STITCH) -> BoolArray:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from simprep.duel.labels.labels import ASPECTS, LEARNED_ASPECTS, QUALIFIERS, check_qualifier
 from simprep.duel.stream.stream import PLAYERS
 from simprep.errors import MotionFileError, SimprepError
-from simprep.files import atomic_path
+from simprep.files import atomic_path, find_file
 
 IntArray = NDArray[np.int64]
 PLACE_COLUMNS = ("segment", "clip", "player", "start", "end")
@@ -90,14 +90,14 @@ def read_annotations(path: str | Path, table: IntArray) -> Annotations:
     """Read a person's labels.
 
     Args:
-        path: the CSV file. Columns `react` and `move` may be there; they follow from rules and are not read.
+        path: the CSV file, or a folder with one. Columns `react` and `move` may be there; they follow from rules and are not read.
         table: (S, 4) all actions of the stream.
 
     Raises:
         MotionFileError: missing file or column, an action that is not in the stream or comes twice, an unknown or empty
             qualifier; the message names the line.
     """
-    path = Path(path)
+    path = find_file(path, "table of annotations", ".csv")
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             reader = csv.DictReader(stream)

@@ -7,7 +7,7 @@ import numpy as np
 from simprep.duel.labels.segmentation import Cuts, Segmentation
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MotionFileError
-from simprep.files import atomic_path
+from simprep.files import atomic_path, find_file
 
 SCHEMA = "simprep.cuts/1"
 
@@ -53,13 +53,13 @@ def read_cuts(path: str | Path, stream: DuelStream) -> Cuts:
     """Read cuts that a person may have edited.
 
     Args:
-        path: the text file.
+        path: the text file, or a folder with one.
         stream: what they cut.
 
     Raises:
         MotionFileError: missing, or a line that is no cut of this stream; the message names the line.
     """
-    path = Path(path)
+    path = find_file(path, "file of cuts", ".txt")
     try:
         lines = path.read_text(encoding="utf-8").splitlines()
     except FileNotFoundError:

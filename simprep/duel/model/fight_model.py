@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
+from simprep.archive import find_archive
 from simprep.duel.labels.labels import Label
-from simprep.duel.model.store import learned_from, read_model, save_model
+from simprep.duel.model.store import SCHEMA, learned_from, read_model, save_model
 from simprep.duel.model.transition_model import DuelModel
 from simprep.duel.stream.store import read_stream, save_stream
 from simprep.duel.stream.stream import PLAYERS, DuelStream, check_stream
@@ -103,13 +104,7 @@ def read_fight_model(path: str | Path) -> FightModel:
     Raises:
         MotionFileError: a file is missing or damaged, or the stream is not the one that the model was learned from.
     """
-    path = Path(path)
-    if path.is_dir():
-        if not (path / MODEL_FILE).is_file():
-            raise MotionFileError(
-                path, f"no {MODEL_FILE} in this folder; `simprep duel analyse STREAM -o DIR` writes one"
-            )
-        path = path / MODEL_FILE
+    path = find_archive(path, "duel model, which `simprep duel analyse STREAM -o DIR` writes", SCHEMA, MODEL_FILE)
     model = read_model(path)
     beside = path.with_name(STREAM_FILE)
     if not beside.is_file():

@@ -1,13 +1,12 @@
 """Two people from one file or two, in one frame: each moves a body with their own legs, so distances are kept."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from simprep.archive import open_arrays, texts
+from simprep.archive import find_archive, schema_of
 from simprep.character import Character
 from simprep.duel.stream.positions import DEFAULT_SETTINGS, PositionSettings, centres, position_clip, read_positions
 from simprep.duel.stream.store import SCHEMA, read_stream
@@ -54,7 +53,7 @@ def import_pair(
 
     Args:
         a: person A (.bvh, .amc, DeepMimic, .npz of simprep or of joint positions), or one .npz, or one .bvh
-            of two ROOTs, with both people.
+            of two ROOTs, with both people; or a folder with one such .npz of simprep.
         b: person B of the same take; None where `a` holds both.
         fps: output frame rate [1/s]; None: the files', at most 60.
         up: vertical axis of the files; None to find it.
@@ -71,16 +70,16 @@ def import_pair(
         MotionError: the people are too far apart.
         SettingError: an option outside its range.
     """
-    a = Path(a)
     if isinstance(joint_map, str | Path):
         joint_map = read_joint_map(joint_map)
     if b is None:
-        if a.is_file() and _schema(a) == SCHEMA:
+        a = find_archive(a, "two-person stream", SCHEMA)
+        if _schema(a) == SCHEMA:
             stream = read_stream(a)
             return PairImport(stream, check_stream(stream), ())
         clips, notes = _clips_of_one(a, joint_map, settings)
     else:
-        b = Path(b)
+        a, b = (find_archive(path, "simprep motion", MOTION_SCHEMA) for path in (a, b))
         if _schema(a) == MOTION_SCHEMA and _schema(b) == MOTION_SCHEMA:
             results = (import_motion(a, fps), import_motion(b, fps))
             return _pair(a, b, results, ())
@@ -178,9 +177,4 @@ def _schema(path: Path) -> str | None:
     """Schema of a file of ours; None for anything else."""
     if path.suffix.lower() != ".npz" or not path.is_file():
         return None
-    try:
-        with open_arrays(path, "file of simprep") as archive:
-            header = json.loads("".join(texts(archive["header"]))) if "header" in archive else None
-    except MotionFileError:
-        return None
-    return str(header.get("schema")) if isinstance(header, dict) else None
+    return schema_of(path)

@@ -63,7 +63,7 @@ def read_stream(path: str | Path) -> DuelStream:
     """Read a stream written by `save_stream`.
 
     Args:
-        path: the .npz file.
+        path: the .npz file, or a folder with one.
 
     Raises:
         MotionFileError: missing, not a two-person stream, another schema version or another model.

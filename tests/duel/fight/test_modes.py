@@ -313,7 +313,9 @@ def test_a_model_keeps_its_motions_and_refuses_those_of_another(whole, tmp_path)
     save_model(whole.model, tmp_path / "model.npz")  # as written before digests were
     with pytest.raises(MotionFileError, match="not the stream that"):
         read_fight_model(tmp_path)
-    with pytest.raises(MotionFileError, match=r"no model\.npz in this folder"):
+    with pytest.raises(
+        MotionFileError, match=r"a directory without a duel model, which `simprep duel analyse STREAM -o DIR` writes"
+    ):
         read_fight_model(tmp_path.parent)
     with pytest.raises(SettingError, match="does not belong to"):
         FightModel(whole.model, whole.stream.part(0, 500))
