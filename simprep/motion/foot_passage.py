@@ -38,14 +38,14 @@ def place_feet(
     centres, radii = sole_geometry(character)
     held = hold_feet(feet, hips, knees, contacts, fps, character, settings)
     position, rotation = held.feet.position.copy(), held.feet.rotation.copy()
-    longest = max(2, round(settings.ease * fps))
+    longest, recent = max(2, round(settings.ease * fps)), max(1, round(settings.recent * fps))
     for side, spans in enumerate(held.spans):
         moved = position[:, side] - feet.position[:, side]
-        _ease(moved, spans, longest)
+        _ease(moved, spans, longest, recent)
         position[:, side] = feet.position[:, side] + moved
         turn = rotation[:, side] @ np.swapaxes(feet.rotation[:, side], -1, -2)
         turned = Rotation.from_matrix(turn).as_rotvec()
-        _ease(turned, spans, longest)
+        _ease(turned, spans, longest, recent)
         rotation[:, side] = Rotation.from_rotvec(turned).as_matrix() @ feet.rotation[:, side]
     contacts = held.contacts & ~_passing(FootPoses(position, rotation), held, fps, character, settings)
     # a swinging foot passes over the floor; a standing foot between two footholds turns on it
@@ -126,13 +126,20 @@ def _spare(
     return np.asarray(np.maximum(longest - distance, 0.0))
 
 
-def _ease(offset: NDArray[np.float64], runs: list[tuple[int, int]], longest: int) -> None:
-    """Fill the frames outside of the stances, in place: cubic passages that keep value and slope at the stances."""
+def _ease(offset: NDArray[np.float64], runs: list[tuple[int, int]], longest: int, recent: int) -> None:
+    """Fill the frames outside of the stances, in place: cubic passages that keep value and half the slope at the stances.
+
+    Args:
+        offset: (T, 3) corrections.
+        runs: (first frame, frame after the last) of the stances.
+        longest: frames in which a correction fades.
+        recent: frames of the stances over which their slopes are taken; the last moment's would swing far out.
+    """
     n = len(offset)
     if not runs:
         return
-    limits = [(0, runs[0][0])] + [(a[1], b[0]) for a, b in pairwise(runs)] + [(runs[-1][1], n)]
-    for first, after in limits:
+    stops: list[tuple[int, int]] = [(0, 0), *runs, (n, n)]
+    for (begin, first), (after, end) in pairwise(stops):
         gap = after - first
         if gap <= 0:
             continue
@@ -140,10 +147,12 @@ def _ease(offset: NDArray[np.float64], runs: list[tuple[int, int]], longest: int
         slope = np.zeros((2, offset.shape[1]))
         if first > 0:
             value[0] = offset[first - 1]
-            slope[0] = offset[first - 1] - offset[max(first - 2, 0)]
+            steps = min(recent, first - 1 - begin)
+            slope[0] = 0.5 * (value[0] - offset[first - 1 - steps]) / max(steps, 1)
         if after < n:
             value[1] = offset[after]
-            slope[1] = offset[min(after + 1, n - 1)] - offset[after]
+            steps = min(recent, end - 1 - after)
+            slope[1] = 0.5 * (offset[after + steps] - value[1]) / max(steps, 1)
         inner = first > 0 and after < n
         at = np.arange(1, gap + 1)
         if inner and gap + 1 <= 2 * longest:

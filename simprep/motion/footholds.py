@@ -45,6 +45,7 @@ class FootholdSettings:
         tip: largest turn of a swinging foot that brings its sole out of the floor [rad].
         straighten: a knee is not straightened by more than this to set a sliding foot down [rad].
         ease: longest time over which a correction fades in a swing [s].
+        recent: time over which its slope at the stance is taken [s].
     """
 
     flattening: float = 0.06
@@ -70,6 +71,7 @@ class FootholdSettings:
     straighten: float = 0.1
     tip: float = 0.6
     ease: float = 0.14
+    recent: float = 0.1
 
 
 @dataclass(frozen=True)
@@ -95,7 +97,7 @@ def sole_geometry(character: Character) -> tuple[NDArray[np.float64], NDArray[np
 def sole_points(feet: FootPoses, character: Character) -> NDArray[np.float64]:
     """Lowest points of the foot spheres, (T, 2, 4, 3) [m]."""
     centres, radii = sole_geometry(character)
-    points = feet.position[:, :, None] + np.einsum("tsij,spj->tspi", feet.rotation, centres)
+    points = feet.position[:, :, None] + centres @ np.swapaxes(feet.rotation, -1, -2)
     points[..., 2] -= radii
     return np.asarray(points)
 
@@ -251,15 +253,16 @@ def _still_parts(stance: _Stance, fps: float, settings: FootholdSettings) -> lis
     for first, after in stances(still):
         # slow creeping adds up: cut where the foot has left the place it had
         begin = first
-        for frame in range(first + 1, after + 1):
-            leaves = frame == after or (
-                np.linalg.norm(place[frame] - place[begin]) > settings.sliding / 2
-                or abs(heading[frame] - heading[begin]) > settings.turning / 2
+        while begin < after:
+            left = (np.linalg.norm(place[begin + 1 : after] - place[begin], axis=-1) > settings.sliding / 2) | (
+                np.abs(heading[begin + 1 : after] - heading[begin]) > settings.turning / 2
             )
-            if leaves:
-                if frame - begin >= settings.shortest * fps:
-                    out.append((begin, frame))
-                begin = min(frame + max(2, round(0.07 * fps)), after - 1)
+            end = begin + 1 + int(left.argmax()) if left.any() else after
+            if end - begin >= settings.shortest * fps:
+                out.append((begin, end))
+            if end == after:
+                break
+            begin = min(end + max(2, round(0.07 * fps)), after - 1)
     return out if out else [(0, n)]
 
 
@@ -357,8 +360,11 @@ def _rolling_pitch(
         radii: (4,) of the spheres [m].
         settings: thresholds.
     """
+    # a flat foot stays flat
+    rolling = np.clip((np.abs(pitch) - settings.flat_within / 2) / settings.flat_within, 0.0, 1.0)
+    rolls = np.flatnonzero(rolling)
     change = np.linspace(-settings.heel, settings.heel, 13)
-    tried = pitch[:, None] + change  # (n, 13)
+    tried = pitch[rolls, None] + change  # (n, 13), of those that roll
     sine, cosine = np.sin(tried)[..., None], np.cos(tried)[..., None]
     ahead = cosine * centres[:, 0] + sine * centres[:, 2]
     height = cosine * centres[:, 2] - sine * centres[:, 0] - radii
@@ -366,19 +372,19 @@ def _rolling_pitch(
     aside = np.array([-forward[1], forward[0]])
     reach = ahead[..., None] * forward + centres[:, 1, None] * aside
     place = _held_by(anchors - reach, height, settings)
-    off = np.concatenate([place, -height.min(axis=-1)[..., None]], axis=-1) - ankle[:, None]  # (n, 13, 3)
+    off = np.concatenate([place, -height.min(axis=-1)[..., None]], axis=-1) - ankle[rolls, None]  # (n, 13, 3)
     # an error along the leg bends the knee, one across it only turns the leg
-    along = np.einsum("npi,ni->np", off, leg)
+    along = (off * leg[rolls, None]).sum(axis=-1)
     cost = (off**2).sum(axis=-1) + (settings.along**2 - 1) * along**2
-    # a flat foot stays flat
-    rolling = np.clip((np.abs(pitch) - settings.flat_within / 2) / settings.flat_within, 0.0, 1.0)
     cost += (settings.own_pitch * change) ** 2
     best = np.clip(cost.argmin(axis=1), 1, len(change) - 2)
-    rows = np.arange(len(pitch))
+    rows = np.arange(len(rolls))
     before, at, after = (cost[rows, best + step] for step in (-1, 0, 1))
     vertex = 0.5 * (before - after) / np.maximum(before - 2 * at + after, 1e-12)
     found = change[best] + np.clip(vertex, -1.0, 1.0) * (change[1] - change[0])
-    return np.asarray(pitch + rolling**2 * (3 - 2 * rolling) * found)
+    out = pitch.copy()
+    out[rolls] += (rolling**2 * (3 - 2 * rolling))[rolls] * found
+    return out
 
 
 def _grip(off: NDArray[np.float64], fps: float, settings: FootholdSettings) -> tuple[int, int]:

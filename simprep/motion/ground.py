@@ -67,14 +67,14 @@ class Placed:
 def place_on_floor(targets: Targets, character: Character, settings: RetargetSettings | None = None) -> Placed:
     """Find the floor, place the feet and solve the clip.
 
-    Cyclic clips are treated as the middle one of three cycles, so that their ends fit.
+    Cyclic clips are treated as the middle one of three cycles, so that their ends fit. Feet are placed at the frame rate
+    of the targets, poses solved at that of the result.
 
     Args:
         targets: the source with our bone lengths, anywhere over its own floor.
         character: the humanoid.
         settings: of the inverse kinematics.
     """
-    n = len(targets.positions)
     cyclic = targets.step is not None
     whole = _three_cycles(targets) if cyclic else targets
     levelled, warnings = level_floor(whole, character)
@@ -101,11 +101,13 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
     placed, contacts = place_feet(
         feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, character
     )
-    whole = _follow(whole, levelled, placed, contacts, character)
+    whole = _follow(whole, levelled, placed, contacts, character).output()
+    contacts = contacts[:: targets.stride]
+    n = len(contacts) // 3
     shank = whole.positions[:, KNEES] - whole.positions[:, ANKLES]
     standing = contacts & (shank[..., 2] > UPRIGHT * np.linalg.norm(shank, axis=-1))  # kneeling, a foot only lies there
     if cyclic:
-        before = min(n, round(PREROLL_S * targets.fps))
+        before = min(n, round(PREROLL_S * whole.fps))
         keep = slice(n - before, 2 * n)
         part = replace(whole, positions=whole.positions[keep], orientations=whole.orientations[keep])
         solution = solve(part, standing[keep], character, settings)
@@ -116,7 +118,7 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
     else:
         solution = solve(whole, standing, character, settings)
         qpos, unsettled = solution.qpos, solution.unsettled
-    lowered = set_down(qpos, targets.fps, character, cyclic)
+    lowered = set_down(qpos, whole.fps, character, cyclic)
     if lowered.max(initial=0.0) > HOVERING:
         warnings.append(f"the body hovered over the floor by up to {lowered.max():.2f} m without falling: set down")
     qpos[:, 2] -= lowered

@@ -5,9 +5,11 @@ Two bone directions have two solutions in closed form (the second turns the firs
 way to an arm raised in a V). Where limits forbid both, the nearest poses within them are found from several starts. A
 dynamic programme then chooses among the solutions by error and continuity over the whole clip, and a last fit of all
 frames at once settles what directions leave open, as the twist of a straight limb. Nothing here depends on the frame
-rate: errors are integrated over time, changes are weighed by speed.
+rate: errors are integrated over time, changes are weighed by speed, and where a limb turns over from one frame to the
+next, frames are put in between.
 """
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +30,8 @@ LEAST_WORTH = np.radians(5.0)
 """Smoothness is not worth more error than this [rad]."""
 LEAST_JUMP = 1.0
 """A hinge that turns by more than this from frame to frame has changed its branch [rad]."""
+TURNING_FPS = 120.0
+"""Limbs that change their branch are solved at this frame rate at least [1/s]."""
 FAR = 0.3
 """A branch that the limits keep farther than this away is not searched where the other is exact [rad]."""
 EXACT = 2e-3
@@ -81,15 +85,14 @@ class Limb:
             jacobian: (..., 6, 4) derivatives of both.
         """
         shape = angles.shape[:-1]
-        rotation = np.broadcast_to(np.eye(3), (*shape, 3, 3))
         axes = np.empty((*shape, 4, 3))
         upper = np.empty((*shape, 3))
-        for hinge in range(4):
-            axes[..., hinge, :] = rotation @ self.axes[hinge]
-            rotation = rotation @ _turn(self.axes[hinge], angles[..., hinge])
+        columns: list[Array] = []
+        for hinge, (axis, columns) in enumerate(self._turning(angles)):
+            axes[..., hinge, :] = axis
             if hinge == 2:
-                upper = rotation @ self.upper
-        lower = rotation @ self.lower
+                upper = self.upper[0] * columns[0] + self.upper[1] * columns[1] + self.upper[2] * columns[2]
+        lower = self.lower[0] * columns[0] + self.lower[1] * columns[1] + self.lower[2] * columns[2]
         jacobian = np.zeros((*shape, 6, 4))
         jacobian[..., :3, :3] = np.swapaxes(_cross(axes[..., :3, :], upper[..., None, :]), -1, -2)
         jacobian[..., 3:, :] = np.swapaxes(_cross(axes, lower[..., None, :]), -1, -2)
@@ -97,10 +100,23 @@ class Limb:
 
     def orientation(self, angles: Array) -> Array:
         """Orientation (..., 3, 3) of the second bone's body in the frame of the parent, at angles (..., 4) [rad]."""
-        rotation = _turn(self.axes[0], angles[..., 0])
-        for hinge in range(1, 4):
-            rotation = rotation @ _turn(self.axes[hinge], angles[..., hinge])
-        return np.asarray(rotation)
+        *_, (_, columns) = self._turning(angles)
+        return np.stack(columns, axis=-1)
+
+    def _turning(self, angles: Array) -> Iterator[tuple[Array, list[Array]]]:
+        """After each hinge: its axis (..., 3), and the columns (..., 3) of the orientation, of which it mixes two."""
+        columns = [np.broadcast_to(row, (*angles.shape[:-1], 3)) for row in np.eye(3)]
+        cosine, sine = np.cos(angles)[..., None], np.sin(angles)[..., None]
+        for hinge in range(4):
+            axis = int(np.abs(self.axes[hinge]).argmax())
+            sign = float(self.axes[hinge, axis])
+            a, b = (axis + 1) % 3, (axis + 2) % 3
+            c, s = cosine[..., hinge, :], sign * sine[..., hinge, :]
+            turned = list(columns)
+            turned[a] = c * columns[a] + s * columns[b]
+            turned[b] = c * columns[b] - s * columns[a]
+            yield sign * columns[axis], turned
+            columns = turned
 
     def residual(self, angles: Array, wanted: Array) -> tuple[Array, Array]:
         """Difference to the directions wanted (..., 6), and its Jacobian (..., 6, 4)."""
@@ -125,17 +141,28 @@ def limb_path(limb: Limb, upper: Array, lower: Array, fps: float) -> Array:
     """
     wanted = np.concatenate([upper, lower], axis=-1)
     chosen = _best_path(limb, candidates(limb, wanted), wanted, fps)
+    jump = np.abs(np.diff(chosen, axis=0))[:, [0, 1, 3]].max(axis=1)
+    stride = int(np.ceil(TURNING_FPS / fps - 1e-3))
+    if stride > 1 and (jump > LEAST_JUMP).any():
+        return limb_path(limb, _between(upper, stride), _between(lower, stride), stride * fps)[::stride]
     links = np.ones(max(len(chosen) - 1, 0))
     fitted = smooth_path(limb, chosen, wanted, fps, links)
     costly: NDArray[np.bool_] = np.greater(
         worst_angle(limb, fitted, wanted), worst_angle(limb, chosen, wanted) + LEAST_WORTH
     )
     if len(chosen) > 1 and costly.any():
-        jump = np.abs(np.diff(chosen, axis=0))[:, [0, 1, 3]].max(axis=1)
         near = maximum_filter1d(costly, 2 * round(0.1 * fps) + 1)
         links[(jump > LEAST_JUMP) & (near[1:] | near[:-1])] = 0.0
         fitted = smooth_path(limb, chosen, wanted, fps, links)
     return fitted
+
+
+def _between(directions: Array, stride: int) -> Array:
+    """Directions (T, 3) with `stride` - 1 more between every two."""
+    share = np.arange(stride)[:, None] / stride
+    ways = directions[:-1, None] * (1 - share) + directions[1:, None] * share  # (T - 1, stride, 3)
+    out = np.concatenate([ways.reshape(-1, 3), directions[-1:]])
+    return np.asarray(out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-12))
 
 
 def worst_angle(limb: Limb, angles: Array, wanted: Array) -> Array:

@@ -175,14 +175,14 @@ def retarget_clip(
         raise MotionFileError(path, str(error)) from None
     motion = Motion(
         qpos=placed.qpos,
-        fps=source.clip.fps,
+        fps=source.clip.fps / source.stride,
         contacts=placed.contacts,
         name=path.stem,
         source=f"{clip.format} file {path.name}",
         loop=targets.step is not None,
         character=character,
     )
-    check = check_import(placed.qpos, placed.unsettled, targets, character)
+    check = check_import(placed.qpos, placed.unsettled, targets.output(), character)
     notes = [*check.warnings, *source.warnings, *targets.warnings, *placed.warnings]
     if joints.unused:
         shown = ", ".join(joints.unused[:12]) + (", ..." if len(joints.unused) > 12 else "")

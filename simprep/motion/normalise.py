@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Rotation
 
 from simprep.character import SIDES
 from simprep.errors import MotionFileError, SettingError
@@ -30,6 +30,10 @@ RARE_LEG_M = (0.35, 1.3)
 """Thigh plus shank of anybody: a small child to a giant in a game. What a guess is weighed against."""
 RARE_UNITS = {"dm": 0.1}
 """Metres per unit of lengths that are never guessed, only named where the guess is unsure."""
+FOOTWORK_FPS = 120.0
+"""Feet are placed at this frame rate at least [1/s]."""
+LARGEST_STRIDE = 8
+"""Of very slow files no more frames than this are made out of one."""
 FARTHEST_M = 10_000.0
 FASTEST = 50.0
 """Speed of the root no person reaches [m/s]."""
@@ -52,6 +56,7 @@ class Normalised:
         up: the file's vertical axis.
         scale: metres per file unit.
         warnings: decisions the user should know of.
+        stride: every so many frames of the clip one is a frame of the result.
     """
 
     clip: SourceClip
@@ -59,6 +64,7 @@ class Normalised:
     up: str
     scale: float
     warnings: tuple[str, ...]
+    stride: int = 1
 
 
 def normalise(
@@ -68,7 +74,10 @@ def normalise(
     up: str | None = None,
     scale: float | None = None,
 ) -> Normalised:
-    """Bring a clip to SI units, z up, and at most `WORKING_FPS`.
+    """Bring a clip to SI units, z up, and a frame rate at which feet can be placed.
+
+    That is a whole multiple of the result's, `FOOTWORK_FPS` or just above: when a foot touches down is then the same for
+    every frame rate of the file.
 
     Args:
         clip: the clip as read.
@@ -112,14 +121,13 @@ def normalise(
         step=None if clip.step is None else turn @ clip.step * scale,
     )
     _check_travel(clip, joints)
-    wanted = fps
-    if wanted is None and clip.fps > WORKING_FPS * 1.001:
+    wanted = fps or clip.fps
+    if fps is None and clip.fps > WORKING_FPS * 1.001:
         # an integer fraction of the file's rate keeps original frames
         wanted = clip.fps / np.ceil(clip.fps / WORKING_FPS - 1e-3)
         warnings.append(f"frame rate reduced from {clip.fps:g} to {wanted:g} 1/s (--fps chooses another)")
-    if wanted is not None and abs(wanted - clip.fps) > 1e-9:
-        clip = _resample(clip, wanted)
-    return Normalised(clip, reference, up, scale, tuple(warnings))
+    clip, stride = _resample(clip, joints, wanted)
+    return Normalised(clip, reference, up, scale, tuple(warnings), stride)
 
 
 def _check_travel(clip: SourceClip, joints: JointMap) -> None:
@@ -271,34 +279,68 @@ def _stands(positions: NDArray[np.float64], joints: JointMap) -> bool:
     return bool(spine[2] > 0.9 * np.linalg.norm(spine))
 
 
-def _resample(clip: SourceClip, fps: float) -> SourceClip:
-    """Another frame rate: linear positions, spherical orientations; exact where the new frames fall on old ones."""
+def _resample(clip: SourceClip, joints: JointMap, fps: float) -> tuple[SourceClip, int]:
+    """The clip at a multiple of a frame rate, and which multiple; exact where new frames fall on old ones."""
     n = len(clip.positions)
-    ratio = clip.fps / fps
-    if n / ratio * clip.rotations[0].size > MAX_VALUES:
-        raise SettingError(f"frame rate {fps:g} 1/s: {n / ratio:.0f} frames of {len(clip.names)} joints are too many")
-    stride = round(ratio)
-    if stride >= 1 and abs(ratio - stride) < 1e-6 and (clip.step is None or n % stride == 0):
-        return replace(clip, positions=clip.positions[::stride], rotations=clip.rotations[::stride], fps=fps)
+    values = n / clip.fps * fps * clip.rotations[0].size
+    if values > MAX_VALUES:
+        raise SettingError(
+            f"frame rate {fps:g} 1/s: {n / clip.fps * fps:.0f} frames of {len(clip.names)} joints are too many"
+        )
+    stride = min(max(1, int(np.ceil(FOOTWORK_FPS / fps - 1e-3))), LARGEST_STRIDE, max(1, int(MAX_VALUES // values)))
+    positions, rotations = clip.positions, clip.rotations
     if clip.step is None:
-        frames = int(np.floor((n - 1) / ratio + 1e-9)) + 1
-        positions, rotations = clip.positions, clip.rotations
+        frames = int(np.floor((n - 1) * fps * stride / clip.fps + 1e-9)) + 1
     else:  # a cycle keeps its period
-        frames = max(2, round(n / ratio))
-        ratio = n / frames
-        fps = clip.fps / ratio
-        positions = np.concatenate([clip.positions, clip.positions[:1] + clip.step])
-        rotations = np.concatenate([clip.rotations, clip.rotations[:1]])
-    at = np.arange(frames) * ratio
-    low = np.minimum(at.astype(int), len(positions) - 2) if len(positions) > 1 else np.zeros(frames, dtype=int)
-    weight = (at - low)[:, None, None]
-    high = np.minimum(low + 1, len(positions) - 1)
-    new_positions = (1 - weight) * positions[low] + weight * positions[high]
-    new_rotations = np.empty((frames, *rotations.shape[1:]))
-    for joint in range(rotations.shape[1]):
-        if len(positions) == 1:
-            new_rotations[:, joint] = rotations[low, joint]
-        else:
-            slerp = Slerp(np.arange(len(positions)), Rotation.from_matrix(rotations[:, joint]))
-            new_rotations[:, joint] = slerp(np.minimum(at, len(positions) - 1)).as_matrix()
-    return replace(clip, positions=new_positions, rotations=new_rotations, fps=fps)
+        frames = max(2, round(n / clip.fps * fps)) * stride
+        fps = clip.fps * frames / stride / n
+        positions = np.concatenate([positions, positions[:1] + clip.step])
+        rotations = np.concatenate([rotations, rotations[:1]])
+    ratio = clip.fps / (fps * stride)
+    step = round(ratio)
+    if step >= 1 and abs(ratio - step) < 1e-6:
+        return replace(clip, positions=positions[:n:step], rotations=rotations[:n:step], fps=fps * stride), stride
+    at = np.minimum(np.arange(frames) * ratio, len(positions) - 1)
+    new_positions, new_rotations = _between(clip.parents, positions, rotations, _used(clip, joints), at)
+    return replace(clip, positions=new_positions, rotations=new_rotations, fps=fps * stride), stride
+
+
+def _used(clip: SourceClip, joints: JointMap) -> list[int]:
+    """Joints that drive something, and those that they hang on."""
+    used: set[int] = set()
+    for joint in (*joints.joints.values(), *joints.trunk):
+        while joint >= 0 and joint not in used:
+            used.add(joint)
+            joint = int(clip.parents[joint])
+    return sorted(used)
+
+
+def _between(
+    parents: NDArray[np.intp],
+    positions: NDArray[np.float64],
+    rotations: NDArray[np.float64],
+    used: list[int],
+    at: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Positions (N, J, 3) and orientations (N, J, 3, 3) at fractions `at` (N,) of frames.
+
+    Orientations are spherical, and bones turn with their joints. Joints that are not used stay as in the frame before.
+    """
+    low = np.minimum(at.astype(int), max(len(positions) - 2, 0))
+    out, turned = positions[low], rotations[low]
+    if len(positions) < 2:
+        return out, turned
+    share = at - low
+    off = share > 1e-9
+    low, part = low[off], share[off, None]
+    for joint in used:
+        way = Rotation.from_matrix(np.swapaxes(rotations[:-1, joint], -1, -2) @ rotations[1:, joint]).as_rotvec()
+        turned[off, joint] = rotations[low, joint] @ Rotation.from_rotvec(way[low] * part).as_matrix()
+        parent = int(parents[joint])
+        if parent < 0:
+            out[off, joint] = (1 - part) * positions[low, joint] + part * positions[low + 1, joint]
+            continue
+        bone = np.einsum("tji,tj->ti", rotations[:, parent], positions[:, joint] - positions[:, parent])
+        bone = (1 - part) * bone[low] + part * bone[low + 1]
+        out[off, joint] = out[off, parent] + np.einsum("tij,tj->ti", turned[off, parent], bone)
+    return out, turned

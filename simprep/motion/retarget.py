@@ -16,6 +16,8 @@ from simprep.motion.targets import ORIENTED, Targets, unit
 
 LARGEST_STEP = 0.5
 """A step that turns anything by more is shortened [rad]; the next one goes on."""
+FULL_STEPS = 4
+"""Further steps go half their way: where the spine's joints turn against each other, whole ones swing to and fro."""
 UNBOUNDED = 1e30
 """No bound, to the solver."""
 
@@ -34,6 +36,8 @@ class RetargetSettings:
         stance_knee_cost: factor on the position of its knee, which decides the heading together with the foot.
         twist: a knee this far beside the plane of its standing foot halves the weight of the heading [m]: our shank has
             no torsion, and knees matter more.
+        beyond: a standing foot whose orientation is still off by this much gets half the weight and is solved again [rad]:
+            what no ankle reaches would move the whole body.
         stance_cost: factor on the position of a foot that stands.
         stance_tilt_cost: factor on its tilt.
         stance_turn_cost: factor on its heading.
@@ -42,8 +46,8 @@ class RetargetSettings:
         neck_cost: the same for the rotations of neck and head, which would else turn against each other to imitate the
             head's side bending that our body lacks.
         iterations: largest number of steps per frame.
-        tolerance: a step that turns no joint by more than this is the last; what is left after it is about its square
-            [rad].
+        tolerance: a step that turns no joint by more than this is the last [rad].
+        loose_tolerance: the same for ankles and the rotation of hips, which hardly move a bone and settle at once [rad].
         lead: largest turn with which a frame starts beside its closed form [rad].
     """
 
@@ -54,6 +58,7 @@ class RetargetSettings:
     foot_cost: float = 0.1
     foot_turn_cost: float = 0.03
     twist: float = 0.02
+    beyond: float = 0.1
     stance_cost: float = 10.0
     stance_tilt_cost: float = 10.0
     stance_turn_cost: float = 25.0
@@ -62,7 +67,8 @@ class RetargetSettings:
     arm_cost: float = 0.05
     neck_cost: float = 0.03
     iterations: int = 30
-    tolerance: float = 0.08
+    tolerance: float = 0.02
+    loose_tolerance: float = 0.12
     lead: float = 0.3
 
 
@@ -102,6 +108,9 @@ class BodyTask(mink.Task):  # type: ignore[misc]
             self.pull[6 + character.joint(name)] = settings.arm_cost**2
         for name in ("neck_rotation", "head_rotation"):
             self.pull[6 + character.joint(name)] = settings.neck_cost**2
+        self.tolerance = np.full(model.nv, settings.tolerance)
+        for leg in (character.group(f"{side}_leg") for side in SIDES):
+            self.tolerance[6 + character.joint_indices([leg[2], *leg[4:]])] = settings.loose_tolerance
         self.bodies = np.array([1 + character.segment(role) for role in ROLES])
         self.turned = self.bodies[list(ORIENTED)]
         self.positions = np.zeros((len(ROLES), 3))
@@ -111,6 +120,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.weight = np.zeros_like(self.jacobian)
         self.bones = [ROLES.index(f"{side}_{part}") for side in SIDES for part in ("forearm", "hand")]
         self.joints_above = [bone - 1 for bone in self.bones]
+        self.gave_way = False
         self.mask = np.ones_like(self.jacobian)
         for number, side in enumerate(SIDES):
             hinges = [6 + character.joint(name) for name in character.groups[f"{side}_arm"]]
@@ -147,8 +157,28 @@ class BodyTask(mink.Task):  # type: ignore[misc]
                 cost[turn : turn + 2] *= self.settings.stance_tilt_cost
                 yields = 1 + (twisted[number] / self.settings.twist) ** 2
                 cost[turn + 2] *= self.settings.stance_turn_cost / yields
-        self.cost = cost
+        self.cost, self.gave_way = cost, False
         self.weight = cost[:, None] * self.mask
+
+    def yields(self, configuration: Any, standing: NDArray[np.bool_]) -> bool:
+        """Give way to a standing foot whose orientation cannot be had (a robust loss, iteratively reweighted).
+
+        Args:
+            configuration: the settled pose.
+            standing: (2,) which feet stand.
+
+        Returns:
+            whether the frame has to be solved again; once at most.
+        """
+        if self.gave_way or not standing.any():
+            return False
+        self.gave_way = True
+        turn = 3 * len(ROLES) + 9
+        off = np.linalg.norm(self.compute_error(configuration)[turn:].reshape(2, 3), axis=1) / self.settings.beyond
+        factor = np.where(standing & (off > 1.0), 1 / (1 + off**2), 1.0)
+        self.cost[turn:] *= factor.repeat(3)
+        self.weight = self.cost[:, None] * self.mask
+        return bool((factor < 1.0).any())
 
     def compute_error(self, configuration: Any) -> NDArray[np.float64]:
         """Current minus target: positions (of the arms' bones: vectors), then rotation vectors."""
@@ -186,16 +216,10 @@ class BodyTask(mink.Task):  # type: ignore[misc]
 
 def _rotation_vectors(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
     """Rotation vectors (N, 3) of (N, 3, 3) matrices, short of half a turn; ten times faster than scipy for a few."""
-    axis = np.stack(
-        [
-            matrices[:, 2, 1] - matrices[:, 1, 2],
-            matrices[:, 0, 2] - matrices[:, 2, 0],
-            matrices[:, 1, 0] - matrices[:, 0, 1],
-        ],
-        axis=1,
-    )  # 2 sin(angle) times the axis
-    sine = np.sqrt((axis * axis).sum(axis=1)) / 2
-    angle = np.arctan2(sine, (matrices[:, 0, 0] + matrices[:, 1, 1] + matrices[:, 2, 2] - 1) / 2)
+    entries = matrices.reshape(-1, 9)
+    axis = entries[:, [7, 2, 3]] - entries[:, [5, 6, 1]]  # 2 sin(angle) times the axis
+    sine = np.sqrt(np.add.reduce(axis * axis, axis=1)) / 2
+    angle = np.arctan2(sine, (np.add.reduce(entries[:, ::4], axis=1) - 1) / 2)
     return np.asarray(axis * (angle / np.maximum(2 * sine, 1e-12))[:, None])
 
 
@@ -209,32 +233,27 @@ class Floor:
 
     def __init__(self, model: mujoco.MjModel, near: float = 0.06) -> None:
         geoms = [g for g in range(model.ngeom) if model.geom_contype[g] and model.geom_type[g] in (2, 3)]
-        ends, owner, character, radius = [], [], [], []
+        ends, owner = [], []
         for geom in geoms:
             capsule = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE
             for side in (1.0, -1.0) if capsule else (0.0,):
-                ends.append([0.0, 0.0, side * model.geom_size[geom, 1]])
+                ends.append(side * model.geom_size[geom, 1])
                 owner.append(geom)
-                character.append(model.geom_bodyid[geom])
-                radius.append(model.geom_size[geom, 0])
-        self.model, self.ends, self.owner = model, np.array(ends), np.array(owner)
-        self.body, self.radius, self.near = np.array(character), np.array(radius), near
+        self.model, self.ends, self.owner, self.near = model, np.array(ends), np.array(owner), near
+        self.body, self.radius = model.geom_bodyid[self.owner], model.geom_size[self.owner, 0]
         self._jacobian = np.zeros((3, model.nv))
-
-    def points(self, data: mujoco.MjData) -> NDArray[np.float64]:
-        """(N, 3) centres of the spheres at the ends of every colliding geom."""
-        matrix = data.geom_xmat[self.owner].reshape(-1, 3, 3)
-        return np.asarray(data.geom_xpos[self.owner] + (matrix @ self.ends[:, :, None])[:, :, 0])
 
     def rows(self, data: mujoco.MjData) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """G (N, nv) and h (N,) of G dq <= h for the points near the floor."""
-        points = self.points(data)
-        height = points[:, 2] - self.radius
+        place, axes = data.geom_xpos, data.geom_xmat  # a sphere's centre is on the axis of its geom, the third column
+        height = place[:, 2].take(self.owner) + axes[:, 8].take(self.owner) * self.ends - self.radius
         close = np.flatnonzero(height < self.near)
         rows = np.empty((len(close), self.model.nv))
-        for row, number in enumerate(close):
-            mujoco.mj_jac(self.model, data, self._jacobian, None, points[number], int(self.body[number]))
-            rows[row] = -self._jacobian[2]
+        for row, number in enumerate(close.tolist()):
+            geom = self.owner[number]
+            centre = place[geom] + axes[geom, 2::3] * self.ends[number]
+            mujoco.mj_jac(self.model, data, self._jacobian, None, centre, int(self.body[number]))
+            np.negative(self._jacobian[2], out=rows[row])
         return rows, height[close]
 
 
@@ -280,8 +299,9 @@ def solve(
             mujoco.mj_integratePos(model, qpos, lead, 1.0)
             qpos[7:] = np.clip(qpos[7:], model.jnt_range[1:, 0], model.jnt_range[1:, 1])
         configuration.update(qpos)
-        for _ in range(settings.iterations):
-            if _step(configuration, task, limit) < settings.tolerance:
+        for number in range(settings.iterations):
+            settled = _step(configuration, task, limit, 1.0 if number < FULL_STEPS else 0.5)
+            if settled and not task.yields(configuration, standing[frame]):
                 break
         else:
             unsettled[frame] = True
@@ -300,8 +320,8 @@ def _twisted(targets: Targets) -> NDArray[np.float64]:
     return out
 
 
-def _step(configuration: Any, task: BodyTask, floor: Floor | None) -> float:
-    """One Newton step; returns its largest rotation [rad]."""
+def _step(configuration: Any, task: BodyTask, floor: Floor | None, share: float) -> bool:
+    """This share of one Newton step; returns whether the whole was within the tolerances."""
     model = configuration.model
     objective = task.compute_qp_objective(configuration)
     rows, height = floor.rows(configuration.data) if floor else (np.empty((0, model.nv)), np.empty(0))
@@ -318,10 +338,8 @@ def _step(configuration: Any, task: BodyTask, floor: Floor | None) -> float:
         raise MotionError("inverse kinematics found no solution for a frame")
     # a full step from afar would leave the range of the linearisation
     largest = float(np.abs(change[3:]).max())
-    if largest > LARGEST_STEP:
-        change = change * (LARGEST_STEP / largest)
-    configuration.integrate_inplace(change, 1.0)
-    return largest
+    configuration.integrate_inplace(change * min(share, LARGEST_STEP / max(largest, LARGEST_STEP)), 1.0)
+    return bool((np.abs(change[3:]) < task.tolerance[3:]).all())
 
 
 def _solve(

@@ -3,7 +3,7 @@
 The residual of an import is measured against these targets, so they must not depend on what our joints can do.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,6 +39,7 @@ class Targets:
         step: (3,) displacement over one cycle [m], or None.
         warnings: what could not be told.
         travel_kept: whether the way over the floor is the recorded one, which then must not be moved.
+        stride: every so many frames one is a frame of the result.
     """
 
     positions: NDArray[np.float64]
@@ -48,6 +49,18 @@ class Targets:
     step: NDArray[np.float64] | None
     warnings: tuple[str, ...] = ()
     travel_kept: bool = False
+    stride: int = 1
+
+    def output(self) -> "Targets":
+        """The targets at the frame rate of the result."""
+        every = slice(None, None, self.stride)
+        return replace(
+            self,
+            positions=self.positions[every],
+            orientations=self.orientations[every],
+            fps=self.fps / self.stride,
+            stride=1,
+        )
 
 
 def unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -148,7 +161,7 @@ def build_targets(source: Normalised, joints: JointMap, character: Character, ke
         else:
             orientations[:, 3 + number], oriented[3 + number] = foot, True
     step = None if clip.step is None else clip.step * travel
-    return Targets(out, orientations, oriented, clip.fps, step, tuple(warnings), keep_travel)
+    return Targets(out, orientations, oriented, clip.fps, step, tuple(warnings), keep_travel, source.stride)
 
 
 def _along_trunk(
