@@ -58,14 +58,19 @@ line_damage = st.tuples(st.sampled_from(["delete", "double", "swap", "repeat"]),
 text_damage = st.one_of(
     word_damage, word_damage, line_damage, byte_damage, st.tuples(st.just("encode"), place, st.sampled_from(ENCODINGS))
 )
-damages = st.lists(text_damage, min_size=1, max_size=3)
+damages = st.lists(text_damage, min_size=1, max_size=2)
 
 
 @pytest.fixture(autouse=True)
 def no_constants_of_loaded_modules(monkeypatch: pytest.MonkeyPatch) -> None:
-    """hypothesis also draws constants found in the modules loaded so far: cases would depend on the tests run before."""
+    """hypothesis also draws constants found in the modules loaded so far: cases would depend on the tests run before.
+
+    It offers no setting for that; where a version keeps them elsewhere, cases are only less repeatable.
+    """
+    if not hasattr(providers, "Constants") or not hasattr(providers, "CONSTANTS_CACHE"):
+        return
     nothing = providers.Constants(integers=set(), floats=set(), bytes=set(), strings=set())
-    monkeypatch.setattr(providers, "_get_local_constants", lambda: nothing)
+    monkeypatch.setattr(providers, "_get_local_constants", lambda: nothing, raising=False)
     monkeypatch.setattr(providers, "CONSTANTS_CACHE", type(providers.CONSTANTS_CACHE)(1024))
 
 
@@ -134,7 +139,7 @@ def sound(clip: SourceClip) -> None:
 
 
 def fuzz(strategy: st.SearchStrategy[Any], once: Callable[[Any], str]) -> None:
-    """Many drawn cases; some must be read and some refused (3 % at least), else the damage is too weak or too strong to tell anything."""
+    """Many drawn cases; some must be read and some refused (10 % at least), else the damage is too weak or too strong to tell anything."""
     seen: Counter[str] = Counter()
 
     @FUZZ
@@ -143,7 +148,7 @@ def fuzz(strategy: st.SearchStrategy[Any], once: Callable[[Any], str]) -> None:
         seen[once(case)] += 1
 
     run()
-    assert min(seen["read"], seen["refused"]) > 0.03 * FUZZ.max_examples, seen
+    assert min(seen["read"], seen["refused"]) > 0.1 * FUZZ.max_examples, seen
 
 
 def all_damaged(content: bytes, how: Damages) -> bytes:
