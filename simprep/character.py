@@ -28,6 +28,13 @@ _PARENT_ROLE = {
     "abdomen": "pelvis", "thorax": "abdomen", "neck": "thorax", "head": "neck", "upper_arm": "thorax",
     "forearm": "SIDE_upper_arm", "hand": "SIDE_forearm", "thigh": "pelvis", "shank": "SIDE_thigh", "foot": "SIDE_shank",
 }  # fmt: skip
+
+
+def _parent_role(role: str) -> str:
+    side, _, part = role.partition("_")
+    return _PARENT_ROLE[part if side in SIDES else role].replace("SIDE", side)
+
+
 NEEDED_ROLES = ("pelvis", *(f"{side}_{part}" for side in SIDES for part in ("thigh", "shank", "foot")))
 
 IntArray = NDArray[np.intp]
@@ -44,9 +51,12 @@ class Character:
         build: makes an editable model of the body alone, without a floor; a module-level function, so that it can be
             pickled.
         roles: which segment plays which role (see `ROLES`), by role.
-        soles: names of the geoms under the left and the right foot, whose lowest points bear.
+        soles: names of the spheres under the left and the right foot, whose lowest points bear; as many of each.
         upper: joints of the upper body, lower: of the lower body; together all, each in model order.
-        groups: further named groups of joints, such as `trunk`, `left_arm`.
+        groups: further named groups of joints. Those of limbs have a fixed order: `left_leg` hip flexion, abduction and
+            rotation, knee, ankle dorsiflexion and inversion; `left_arm` shoulder flexion, abduction and rotation, elbow,
+            forearm pronation, wrist flexion and deviation, as far as there are some.
+        anatomy: which joint does an anatomical movement, such as `lumbar_flexion`, where its own name is another one.
         mirror: the joint on the other side and the sign with which its angle mirrors in the sagittal plane, by joint.
         balancing: joints that the paper's posture optimisation may move.
         fused: joints that a planner may leave out, and fused_segments: the segments they would move.
@@ -64,6 +74,7 @@ class Character:
     lower: tuple[str, ...]
     groups: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     mirror: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    anatomy: Mapping[str, str] = field(default_factory=dict)
     balancing: tuple[str, ...] = ()
     fused: tuple[str, ...] = ()
     fused_segments: tuple[str, ...] = ()
@@ -71,7 +82,7 @@ class Character:
     mass_kg: float | None = None
 
     def __post_init__(self) -> None:
-        for attribute in ("roles", "groups", "mirror"):
+        for attribute in ("roles", "groups", "mirror", "anatomy"):
             object.__setattr__(self, attribute, MappingProxyType(dict(getattr(self, attribute))))
         missing = [role for role in NEEDED_ROLES if role not in self.roles]
         if missing:
@@ -93,7 +104,15 @@ class Character:
         return hash((self.name, self.digest))
 
     def __reduce__(self) -> tuple[object, ...]:
-        plain = (dict(self.roles), self.soles, self.upper, self.lower, dict(self.groups), dict(self.mirror))
+        plain = (
+            dict(self.roles),
+            self.soles,
+            self.upper,
+            self.lower,
+            dict(self.groups),
+            dict(self.mirror),
+            dict(self.anatomy),
+        )
         rest = (self.balancing, self.fused, self.fused_segments, self.height_m, self.mass_kg)
         return Character, (self.name, self.build, *plain, *rest)
 
@@ -107,7 +126,7 @@ class Character:
         """Twelve hexadecimal digits that change with the model or its description."""
         about = [
             self.name, dict(self.roles), self.soles, self.upper, self.lower, dict(self.groups), dict(self.mirror),
-            self.balancing, self.fused, self.fused_segments, self.height_m, self.mass_kg,
+            dict(self.anatomy), self.balancing, self.fused, self.fused_segments, self.height_m, self.mass_kg,
         ]  # fmt: skip
         sha = hashlib.sha256(json.dumps(about, sort_keys=True).encode())
         sha.update(self.build().to_xml().encode())
@@ -154,6 +173,22 @@ class Character:
             raise UnknownNameError("joint", name, self.joints)
         return self._joint_index[name]
 
+    def anatomical(self, movement: str) -> int | None:
+        """Index of the joint that does an anatomical movement; None if none does.
+
+        Args:
+            movement: such as `lumbar_flexion`.
+        """
+        return self._joint_index.get(self.anatomy.get(movement, movement))
+
+    def movement(self, joint: str) -> str:
+        """The anatomical movement that a joint does; its own name if nothing else is known.
+
+        Args:
+            joint: its name.
+        """
+        return next((movement for movement, name in self.anatomy.items() if name == joint), joint)
+
     def joint_indices(self, names: Sequence[str]) -> IntArray:
         """Indices of several joints in `joints`.
 
@@ -192,14 +227,19 @@ class Character:
         """From the origin of the segment that a role hangs on to its own, in the reference pose (3,) [m].
 
         Args:
-            role: one of `ROLES`; the pelvis' is its place in the world.
+            role: one of `ROLES`; the pelvis' is its place in the world. What hangs on a role that the character lacks
+                hangs on the one before.
 
         Raises:
-            SettingError: the character lacks it, or what it hangs on.
+            SettingError: the character lacks it.
         """
         own = 1 + self.segment(role)
-        above = 0 if role == "pelvis" else 1 + self.segment(_PARENT_ROLE[role.removeprefix("left_").removeprefix("right_")]
-            .replace("SIDE", role.split("_")[0]))  # fmt: skip
+        above = 0
+        if role != "pelvis":
+            parent = _parent_role(role)
+            while parent not in self.roles:
+                parent = _parent_role(parent)
+            above = 1 + self.segment(parent)
         if self.model.body_parentid[own] == above:
             return np.array(self.model.body_pos[own])
         data = mujoco.MjData(self.model)
@@ -255,7 +295,10 @@ class Character:
     @cached_property
     def sole_geoms(self) -> IntArray:
         """Geom ids in `model` of the soles (2, N): left, right."""
-        return np.array([[self.model.geom(name).id for name in side] for side in self.soles], dtype=np.intp)
+        ids = np.array([[self.model.geom(name).id for name in side] for side in self.soles], dtype=np.intp)
+        if (self.model.geom_type[ids] != mujoco.mjtGeom.mjGEOM_SPHERE).any():
+            raise SettingError(f"character {self.name!r}: soles {', '.join(sum(self.soles, ()))}; valid: spheres")
+        return ids
 
     @cached_property
     def mirror_map(self) -> tuple[IntArray, NDArray[np.float64]]:

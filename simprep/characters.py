@@ -4,13 +4,32 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from simprep.character import Character
-from simprep.errors import MotionError
+from simprep.errors import MotionError, UnknownNameError
 from simprep.humanoid import DEFAULT_HEIGHT_M, DEFAULT_MASS_KG, MODEL_NAME, MODEL_VERSION, humanoid
+from simprep.primitive_robot import ROBOT_NAME, ROBOT_VERSION, primitive_robot
 
-CHARACTERS: dict[str, Callable[[float, float], Character]] = {MODEL_NAME: humanoid}
-"""Makers by name; each takes stature [m] and mass [kg]."""
-VERSIONS = {MODEL_NAME: MODEL_VERSION}
+CHARACTERS: dict[str, Callable[[float, float], Character]] = {
+    MODEL_NAME: humanoid,
+    ROBOT_NAME: lambda height_m, mass_kg: primitive_robot(),
+}
+"""Makers by name; each takes stature [m] and mass [kg], which those of one size leave alone."""
+VERSIONS = {MODEL_NAME: MODEL_VERSION, ROBOT_NAME: ROBOT_VERSION}
 """Version of each one's poses: another one when joints change their order or meaning."""
+
+
+def character_of_name(name: str) -> Character:
+    """A character by its name, in its usual size.
+
+    Args:
+        name: with or without `simprep_` before it.
+
+    Raises:
+        UnknownNameError: none is called so.
+    """
+    for known, make in CHARACTERS.items():
+        if name in (known, known.removeprefix("simprep_")):
+            return make(DEFAULT_HEIGHT_M, DEFAULT_MASS_KG)
+    raise UnknownNameError("character", name, [known.removeprefix("simprep_") for known in CHARACTERS])
 
 
 def character_header(character: Character) -> dict[str, Any]:

@@ -28,9 +28,7 @@ BODIES = (
     "left_upper_arm", "left_forearm", "left_hand", "right_upper_arm", "right_forearm", "right_hand",
     "left_thigh", "left_shank", "left_foot", "right_thigh", "right_shank", "right_foot",
 )  # fmt: skip
-"""The 17 bodies in model order (model body ids 1..17); each one's frame origin is the joint of that name."""
-FEET = (BODIES.index("left_foot"), BODIES.index("right_foot"))
-"""Left and right foot as indices into `BODIES`."""
+"""The 17 segments in model order, called by their roles; each one's frame origin is the joint of that name."""
 
 TRUNK_JOINTS = (
     "lumbar_flexion", "lumbar_bending", "lumbar_rotation", "thorax_flexion", "thorax_bending", "thorax_rotation",
@@ -57,19 +55,7 @@ LOWER_BODY_HINGES = HINGES[len(UPPER_BODY_HINGES) :]
 FOOT_GEOMS = ("heel", "ball_medial", "ball_lateral", "toe")
 """Spheres under each foot, named side_part; their lowest points are the foot's support points."""
 
-N_QPOS = 7 + len(HINGES)
-N_QVEL = 6 + len(HINGES)
-
 _MIRROR_NEGATED = tuple(name for name in TRUNK_JOINTS if name.endswith(("bending", "rotation")))
-
-
-def hinge_index(name: str) -> int:
-    """Index of a hinge of ours in `HINGES`; qpos index is 7 more, qvel index 6 more.
-
-    Raises:
-        UnknownNameError: no such hinge.
-    """
-    return humanoid().joint(name)
 
 
 def _mirror() -> dict[str, tuple[str, float]]:

@@ -6,7 +6,7 @@ import pytest
 
 from simprep.character import Character
 from simprep.errors import SettingError
-from simprep.humanoid import BODIES, HINGES, LOWER_BODY_HINGES, N_QPOS, UPPER_BODY_HINGES, hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.scene import SceneSettings, build_scene
 
@@ -70,13 +70,14 @@ def test_stands_on_the_floor_at_its_height(character: Character) -> None:
 
 
 def test_names_and_order_are_the_models() -> None:
-    model = humanoid().model
-    assert tuple(model.body(i + 1).name for i in range(17)) == BODIES
-    assert tuple(model.joint(i + 1).name for i in range(37)) == HINGES
-    assert tuple(model.actuator(i).name for i in range(37)) == HINGES
-    assert model.nq == N_QPOS
-    assert set(UPPER_BODY_HINGES) | set(LOWER_BODY_HINGES) == set(HINGES)
-    assert not set(UPPER_BODY_HINGES) & set(LOWER_BODY_HINGES)
+    body, model = humanoid(), humanoid().model
+    assert [model.body(i + 1).name for i in range(17)] == list(body.roles)
+    assert tuple(model.actuator(i).name for i in range(37)) == body.joints
+    assert body.upper + body.lower == body.joints
+    assert (
+        sum((body.group(name) for name in ("trunk", "left_arm", "right_arm", "left_leg", "right_leg")), ())
+        == body.joints
+    )
 
 
 def test_mirrored_pose_is_the_mirrored_body() -> None:
@@ -88,16 +89,16 @@ def test_mirrored_pose_is_the_mirrored_body() -> None:
     mirrored = qpos.copy()
     mirrored[7:] = sign * qpos[7:][index]
     a, b = (forward_kinematics(q[None]).xipos[0] for q in (qpos, mirrored))
-    swap = [BODIES.index(n.replace("left", "?").replace("right", "left").replace("?", "right")) for n in BODIES]
+    swap = humanoid().mirror_segments
     np.testing.assert_allclose(b, a[swap] * [1, -1, 1], atol=1e-6)
 
 
 def test_flexion_signs_are_anatomical() -> None:
     def moved(hinge: str, character: str) -> np.ndarray:
         qpos = humanoid().standing_qpos.copy()
-        qpos[7 + hinge_index(hinge)] = 0.3
+        qpos[7 + humanoid().joint(hinge)] = 0.3
         a, b = (
-            forward_kinematics(q[None]).xipos[0, BODIES.index(character)]
+            forward_kinematics(q[None]).xipos[0, humanoid().segment(character)]
             for q in (humanoid().standing_qpos.copy(), qpos)
         )
         return b - a
@@ -127,8 +128,8 @@ def test_servos_settle_without_chatter_at_the_planners_step() -> None:
         for step in range(60):
             mujoco.mj_step(model, data)
             saturated += step >= 18 and bool((np.abs(data.actuator_force) >= model.actuator_forcerange[:, 1]).any())
-        assert saturated == 0, HINGES[hinge]
-        assert np.abs(data.qvel[6:]).max() < 0.5, HINGES[hinge]
+        assert saturated == 0, humanoid().joints[hinge]
+        assert np.abs(data.qvel[6:]).max() < 0.5, humanoid().joints[hinge]
 
 
 def test_body_outside_human_range_is_refused() -> None:

@@ -1,4 +1,4 @@
-"""`simprep import`: a motion file onto our humanoid."""
+"""`simprep import`: a motion file onto the humanoid or another character."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +12,7 @@ from simprep.errors import MotionFileError
 
 @dataclass(frozen=True)
 class Import:
-    """Retarget a motion file onto the humanoid, set its feet on the floor, and write it as .npz.
+    """Retarget a motion file onto a character, set its feet on the floor, and write it as .npz.
 
     Reads BVH, Acclaim (.amc with its .asf beside it) and DeepMimic clips. What the file does not state (vertical axis,
     length unit, meaning of joint names) is found, and reported; the options below override it.
@@ -25,6 +25,9 @@ class Import:
 
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="OUT", help_behavior_hint="")] = None
     """The .npz file to write; default: the file's name, in the current folder."""
+
+    character: Annotated[str | None, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = None
+    """Whose motion it becomes, humanoid or primitive_robot; default: the humanoid's. An .npz keeps its own."""
 
     fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
     """Frames per second of the result; default: the file's, at most 60."""
@@ -53,11 +56,17 @@ class Import:
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.archive import find_archive
+        from simprep.characters import character_of_name
         from simprep.motion.load import import_motion
         from simprep.motion.store import SCHEMA, save_motion
 
         file = find_archive(self.file, "simprep motion", SCHEMA)
-        result = import_motion(file, self.fps, self.up, self.scale, self.joint_map)
+        character = character_of_name(self.character or "humanoid")
+        result = import_motion(file, self.fps, self.up, self.scale, self.joint_map, character)
+        if self.character and result.motion.character.name != character.name:
+            raise MotionFileError(
+                file, f"a motion of {result.motion.character.name}, which cannot be moved onto {character.name}"
+            )
         if self.strict and result.report.doubtful:
             raise MotionFileError(file, f"doubtful: {result.report.warnings[0]}; without --strict it is written")
         target = self.out or Path(f"{file.stem}.npz")

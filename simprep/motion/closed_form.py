@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.character import ROLES, Character
+from simprep.character import ROLES, SIDES, Character
 from simprep.motion.limb_paths import Limb, limb_path
 from simprep.motion.targets import Targets, frame_from, unit
 
@@ -14,7 +14,7 @@ from simprep.motion.targets import Targets, frame_from, unit
 def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
     """Poses near the targets in closed form, from which the iterations start; no frame starts from another.
 
-    Trunk: the rotation from pelvis to chest, half to each spine joint; from chest to head, half to neck and head. Limbs:
+    Trunk: the rotation from pelvis to chest, the same to each spine joint; from chest to head, half to neck and head. Limbs:
     see `simprep.motion.limb_paths`. Feet and hands: Euler angles of their orientation against shank and forearm.
 
     Args:
@@ -32,37 +32,40 @@ def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
     qpos[:, :3] = at["pelvis"]
     qpos[:, 3:7] = Rotation.from_matrix(pelvis).as_quat(scalar_first=True)
 
-    def put(name: str, angle: NDArray[np.float64]) -> None:
-        index = character.joint(name)
-        qpos[:, 7 + index] = np.clip(angle, *model.jnt_range[1 + index])
+    def put(name: str, axis: int, angle: NDArray[np.float64]) -> None:
+        index = character.anatomical(name)
+        if index is not None:
+            sign = np.sign(model.jnt_axis[1 + index, axis])
+            qpos[:, 7 + index] = np.clip(sign * angle, *model.jnt_range[1 + index])
 
-    half = Rotation.from_rotvec(Rotation.from_matrix(np.swapaxes(pelvis, -1, -2) @ thorax).as_rotvec() / 2)
-    flexion, bending, rotation = half.as_euler("YXZ").T
-    for segment in ("lumbar", "thorax"):
-        put(f"{segment}_flexion", flexion)
-        put(f"{segment}_bending", -bending)
-        put(f"{segment}_rotation", rotation)
+    spine = [name for name in ("lumbar", "thorax") if character.anatomical(f"{name}_flexion") is not None]
+    turn = Rotation.from_matrix(np.swapaxes(pelvis, -1, -2) @ thorax).as_rotvec()
+    flexion, bending, rotation = Rotation.from_rotvec(turn / max(len(spine), 1)).as_euler("YXZ").T
+    for segment in spine:
+        put(f"{segment}_flexion", 1, flexion)
+        put(f"{segment}_bending", 0, bending)
+        put(f"{segment}_rotation", 2, rotation)
     if targets.oriented[0]:
         head = np.swapaxes(thorax, -1, -2) @ targets.orientations[:, 0]
         flexion, bending, rotation = Rotation.from_matrix(head).as_euler("YXZ").T
-        put("neck_bending", -bending)
+        put("neck_bending", 0, bending)
         for segment in ("neck", "head"):
-            put(f"{segment}_flexion", flexion / 2)
-            put(f"{segment}_rotation", rotation / 2)
-    for number, (side, sign) in enumerate((("left", 1.0), ("right", -1.0))):
+            put(f"{segment}_flexion", 1, flexion / 2)
+            put(f"{segment}_rotation", 2, rotation / 2)
+    for number, side in enumerate(SIDES):
         arm = _limb_into(qpos, character, targets, thorax, (f"{side}_upper_arm", f"{side}_forearm", f"{side}_hand"))
         if targets.oriented[1 + number]:
             hand = np.swapaxes(arm, -1, -2) @ targets.orientations[:, 1 + number]
             pronation, flexion, deviation = Rotation.from_matrix(hand).as_euler("ZXY").T
-            put(f"{side}_forearm_pronation", -sign * pronation)
-            put(f"{side}_wrist_flexion", -sign * flexion)
-            put(f"{side}_wrist_deviation", -deviation)
+            put(f"{side}_forearm_pronation", 2, pronation)
+            put(f"{side}_wrist_flexion", 0, flexion)
+            put(f"{side}_wrist_deviation", 1, deviation)
         leg = _limb_into(qpos, character, targets, pelvis, (f"{side}_thigh", f"{side}_shank", f"{side}_foot"))
         if targets.oriented[3 + number]:
             foot = np.swapaxes(leg, -1, -2) @ targets.orientations[:, 3 + number]
             flexion, inversion, _ = Rotation.from_matrix(foot).as_euler("YXZ").T
-            put(f"{side}_ankle_dorsiflexion", -flexion)
-            put(f"{side}_ankle_inversion", -sign * inversion)
+            put(f"{side}_ankle_dorsiflexion", 1, flexion)
+            put(f"{side}_ankle_inversion", 0, inversion)
     return qpos
 
 
@@ -74,13 +77,9 @@ def _limb_into(
     names: tuple[str, str, str],
 ) -> NDArray[np.float64]:
     """Fill in a limb's four hinges; returns the orientations of its second bone (T, 3, 3)."""
-    model = character.model
-    first, middle, distal = (1 + character.segment(name) for name in names)
-    limb = Limb.of_model(model, first, middle, distal)
+    limb = Limb.of_character(character, names)
     place = [targets.positions[:, ROLES.index(name)] for name in names]
     bones = [np.einsum("tji,tj->ti", parent, unit(b - a)) for a, b in pairwise(place)]
     angles = limb_path(limb, bones[0], bones[1], targets.fps)
-    shoulder = int(model.jnt_qposadr[model.body_jntadr[first]])
-    elbow = int(model.jnt_qposadr[model.body_jntadr[middle]])
-    qpos[:, shoulder : shoulder + 3], qpos[:, elbow] = angles[:, :3], angles[:, 3]
+    qpos[:, 7 + limb.joints] = angles
     return np.asarray(parent @ limb.orientation(angles))

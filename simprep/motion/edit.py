@@ -8,7 +8,6 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from simprep.character import SIDES
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import humanoid
 from simprep.motion.formats.skeleton import MAX_VALUES
 from simprep.motion.motion import MAX_FPS, MIN_FPS, Motion
 from simprep.motion.rotations import multiply_quat, wrap_angle
@@ -212,7 +211,7 @@ def concatenate(a: Motion, b: Motion) -> Motion:
 
 def mirror(motion: Motion) -> Motion:
     """The motion reflected in the plane y = 0: left and right swap, in the names of events too."""
-    index, sign = humanoid().mirror_map
+    index, sign = motion.character.mirror_map
     qpos = motion.qpos.copy()
     qpos[:, 1] *= -1
     qpos[:, [4, 6]] *= -1  # a reflection in y keeps the rotation about y and reverses those about x and z

@@ -306,13 +306,20 @@ def _hold(
     reach = np.einsum("nij,pj->npi", new, centres)
     height = reach[..., 2] - radii
     if turning:  # all of a short stance, as a kick's: the ball stays
-        ball = reach[:, 1:3, :2].mean(axis=1)
-        plan = np.median(points[:, 1:3, :2].mean(axis=1), axis=0) - ball
+        across = _ball(centres)
+        ball = reach[:, across, :2].mean(axis=1)
+        plan = np.median(points[:, across, :2].mean(axis=1), axis=0) - ball
     else:
         plan = _held_by(anchors - reach[..., :2], height, settings)
         # the foothold lies where the leg puts it on the whole: a foot of another length touches elsewhere
         plan += (stance.ankle[part, :2] - plan).mean(axis=0)
     return np.concatenate([plan, -height.min(axis=1)[:, None]], axis=1), new
+
+
+def _ball(centres: NDArray[np.float64]) -> list[int]:
+    """The ball of a foot: its widest pair of points (N, 3), the foremost of equally wide ones."""
+    ahead = 1e-3 * centres[:, 0]
+    return [int((centres[:, 1] + ahead).argmax()), int((-centres[:, 1] + ahead).argmax())]
 
 
 def _oriented(

@@ -92,15 +92,15 @@ def check_import(
         targets: the source's joints with our bone lengths, before feet were placed.
         character: the humanoid.
     """
-    ours = forward_kinematics(qpos, character).xpos[:, [character.segment(role) for role in ROLES]]
-    distance = 1000 * np.linalg.norm((ours - ours[:, :1]) - (targets.positions - targets.positions[:, :1]), axis=-1)[
-        :, 1:
-    ].mean(axis=1)
-    place = {name: number for number, name in enumerate(ROLES)}
+    roles = [role for role in ROLES if character.has(role)]
+    ours = forward_kinematics(qpos, character).xpos[:, [character.segment(role) for role in roles]]
+    wanted = targets.positions[:, [ROLES.index(role) for role in roles]]
+    distance = 1000 * np.linalg.norm((ours - ours[:, :1]) - (wanted - wanted[:, :1]), axis=-1)[:, 1:].mean(axis=1)
+    place = {name: number for number, name in enumerate(roles)}
     limbs, warnings = {}, []
     for limb, (a, b) in LIMBS.items():
-        bone, wanted = (unit(at[:, place[b]] - at[:, place[a]]) for at in (ours, targets.positions))
-        angle = np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(bone - wanted, axis=-1) / 2, 0.0, 1.0)))
+        bone, source = (unit(at[:, place[b]] - at[:, place[a]]) for at in (ours, wanted))
+        angle = np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(bone - source, axis=-1) / 2, 0.0, 1.0)))
         worst = int(angle.argmax())
         limbs[limb] = error = LimbError(
             float(np.median(angle)), float(np.percentile(angle, 95)), float(angle[worst]), worst,

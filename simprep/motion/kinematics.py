@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise
+from itertools import pairwise, product
 from threading import get_ident
 
 import mujoco
@@ -31,11 +31,6 @@ class Kinematics:
     xipos: NDArray[np.float64]
     com: NDArray[np.float64]
     foot_points: NDArray[np.float64]
-
-
-def foot_geom_ids(character: Character = humanoid()) -> NDArray[np.intp]:
-    """Geom ids of the soles (2, N) in the model of the character alone."""
-    return character.sole_geoms
 
 
 def forward_kinematics(qpos: NDArray[np.float64], character: Character = humanoid()) -> Kinematics:
@@ -118,9 +113,44 @@ def body_clearance(qpos: NDArray[np.float64], character: Character = humanoid())
             continue
         part = model.geom_bodyid[geom] - 1
         row = rotation[:, part]
+        if model.geom_type[geom] not in (mujoco.mjtGeom.mjGEOM_SPHERE, mujoco.mjtGeom.mjGEOM_CAPSULE):
+            turn = rotation_matrix(model.geom_quat[geom])
+            for point, radius in bearing_points(model, geom):
+                low = kinematics.xpos[:, part, 2] + row @ (model.geom_pos[geom] + turn @ point) - radius
+                clearance[:, part] = np.minimum(clearance[:, part], low)
+            continue
         centre = kinematics.xpos[:, part, 2] + row @ model.geom_pos[geom]
         axis = rotation_matrix(model.geom_quat[geom])[:, 2]
-        half = model.geom_size[geom, 1]  # 0 for spheres: the humanoid has spheres and capsules only
+        half = model.geom_size[geom, 1]  # 0 for spheres
         low = centre - np.abs(row @ axis) * half - model.geom_size[geom, 0]
         clearance[:, part] = np.minimum(clearance[:, part], low)
     return clearance
+
+
+def bearing_points(model: mujoco.MjModel, geom: int) -> list[tuple[NDArray[np.float64], float]]:
+    """Balls that a geom lies within and that touch a plane first: the ends of a capsule, the corners of a box.
+
+    Args:
+        model: a model.
+        geom: id of a geom. Of a cylinder 8 points of each rim count, of an ellipsoid the 6 poles, of a mesh the corners of
+            its bounding box.
+
+    Returns:
+        centre (3,) in the geom's frame and radius of each [m].
+    """
+    size, kind, shapes = model.geom_size[geom], model.geom_type[geom], mujoco.mjtGeom
+    if kind == shapes.mjGEOM_SPHERE:
+        return [(np.zeros(3), float(size[0]))]
+    if kind == shapes.mjGEOM_CAPSULE:
+        return [(np.array([0.0, 0.0, end]), float(size[0])) for end in (-size[1], size[1])]
+    if kind == shapes.mjGEOM_CYLINDER:
+        angle = np.arange(8) * np.pi / 4
+        return [
+            (np.array([size[0] * np.cos(at), size[0] * np.sin(at), end]), 0.0)
+            for at in angle
+            for end in (-size[1], size[1])
+        ]
+    if kind == shapes.mjGEOM_ELLIPSOID:
+        return [(sign * size[axis] * np.eye(3)[axis], 0.0) for axis in range(3) for sign in (-1.0, 1.0)]
+    middle, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
+    return [(middle + half * signs, 0.0) for signs in np.array(list(product((-1.0, 1.0), repeat=3)))]

@@ -11,12 +11,13 @@ next, frames are put in between.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.ndimage import maximum_filter1d
+
+from simprep.character import Character
 
 Array = NDArray[np.float64]
 
@@ -45,6 +46,7 @@ class Limb:
     """Geometry of one limb.
 
     Attributes:
+        joints: (4,) indices of its hinges among the character's joints.
         axes: (4, 3) axes of its hinges, each in its own frame at rest; of the first three y, x, z, of the fourth y.
         low: (4,) lower limits [rad].
         high: (4,) upper limits [rad].
@@ -52,6 +54,7 @@ class Limb:
         lower: (3,) direction of the second bone at rest (unit).
     """
 
+    joints: NDArray[np.intp]
     axes: Array
     low: Array
     high: Array
@@ -59,19 +62,22 @@ class Limb:
     lower: Array
 
     @classmethod
-    def of_model(cls, model: Any, first: int, middle: int, distal: int) -> "Limb":
-        """Limb whose bones lie between three bodies.
+    def of_character(cls, character: Character, names: tuple[str, str, str]) -> "Limb":
+        """A limb of a body.
 
         Args:
-            model: mujoco.MjModel.
-            first: body with the first three hinges.
-            middle: body with the fourth.
-            distal: body at the end of the second bone.
+            character: the body.
+            names: roles of the segment of the first bone, of the second, and of what is at its end.
         """
-        joints = [*range(model.body_jntadr[first], model.body_jntadr[first] + 3), int(model.body_jntadr[middle])]
-        low, high = model.jnt_range[joints].T
-        bones = [model.body_pos[body] / np.linalg.norm(model.body_pos[body]) for body in (middle, distal)]
-        return cls(np.array(model.jnt_axis[joints]), low, high, bones[0], bones[1])
+        model = character.model
+        side = names[0].partition("_")[0]
+        joints = character.joint_indices(
+            character.group(f"{side}_leg" if names[0].endswith("thigh") else f"{side}_arm")[:4]
+        )
+        low, high = model.jnt_range[1 + joints].T
+        bones = [character.rest_offset(name) for name in names[1:]]
+        bones = [bone / np.linalg.norm(bone) for bone in bones]
+        return cls(joints, np.array(model.jnt_axis[1 + joints]), low, high, bones[0], bones[1])
 
     def directions(self, angles: Array) -> tuple[Array, Array, Array]:
         """Bone directions, and how they change.
@@ -194,10 +200,11 @@ def candidates(limb: Limb, wanted: Array) -> Array:
             tilt, swing = np.pi - tilt, swing + np.pi
         frame = _turn(np.array([0.0, 1.0, 0.0]), swing) @ _turn(np.array([1.0, 0.0, 0.0]), tilt)
         local = np.einsum("tji,tj->ti", frame, wanted[:, 3:])
-        fold = -limb.axes[3, 1]  # elbows fold forward, knees backward
+        bent = 1.0 if middle[3] >= 0 else -1.0  # the sign of a fold
+        fold = -limb.axes[3, 1] * bent  # elbows fold forward, knees backward
         twist = np.arctan2(fold * local[:, 1], fold * local[:, 0])
         bend = np.arctan2(np.hypot(local[:, 0], local[:, 1]), -local[:, 2])
-        angles = np.stack([swing * signs[0], tilt * signs[1], twist * signs[2], bend], axis=-1)
+        angles = np.stack([swing * signs[0], tilt * signs[1], twist * signs[2], bend * bent], axis=-1)
         angles[:, :3] = middle[:3] + (angles[:, :3] - middle[:3] + np.pi) % (2 * np.pi) - np.pi
         inside = np.clip(angles, limb.low, limb.high)
         out[:, 2 * branch] = out[:, 2 * branch + 1] = inside

@@ -12,6 +12,7 @@ from simprep.character import ROLES, SIDES, Character
 from simprep.errors import MotionError
 from simprep.motion.closed_form import closed_form
 from simprep.motion.footholds import knee_offset
+from simprep.motion.kinematics import bearing_points
 from simprep.motion.targets import ORIENTED, Targets, unit
 
 LARGEST_STEP = 0.5
@@ -96,6 +97,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.settings, model = settings, character.model
         cost = np.full((len(ROLES), 3), settings.position_cost)
         cost[1:5] = settings.trunk_cost
+        cost[[not character.has(role) for role in ROLES]] = 0.0
         turn = np.repeat(
             np.array([settings.head_cost, *[settings.hand_cost] * 2, *[settings.foot_cost] * 2]) * oriented, 3
         )
@@ -106,12 +108,13 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.pull[:6] = 1e-9
         for name in (hinge for side in SIDES for hinge in character.groups[f"{side}_arm"][:4]):
             self.pull[6 + character.joint(name)] = settings.arm_cost**2
-        for name in ("neck_rotation", "head_rotation"):
-            self.pull[6 + character.joint(name)] = settings.neck_cost**2
+        for index in map(character.anatomical, ("neck_rotation", "head_rotation")):
+            if index is not None:
+                self.pull[6 + index] = settings.neck_cost**2
         self.tolerance = np.full(model.nv, settings.tolerance)
         for leg in (character.group(f"{side}_leg") for side in SIDES):
             self.tolerance[6 + character.joint_indices([leg[2], *leg[4:]])] = settings.loose_tolerance
-        self.bodies = np.array([1 + character.segment(role) for role in ROLES])
+        self.bodies = np.array([1 + character.segment(role if character.has(role) else "pelvis") for role in ROLES])
         self.turned = self.bodies[list(ORIENTED)]
         self.positions = np.zeros((len(ROLES), 3))
         self.orientations = np.tile(np.eye(3), (len(ORIENTED), 1, 1))
@@ -232,26 +235,25 @@ class Floor:
     """
 
     def __init__(self, model: mujoco.MjModel, near: float = 0.06) -> None:
-        geoms = [g for g in range(model.ngeom) if model.geom_contype[g] and model.geom_type[g] in (2, 3)]
-        ends, owner = [], []
-        for geom in geoms:
-            capsule = model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_CAPSULE
-            for side in (1.0, -1.0) if capsule else (0.0,):
-                ends.append(side * model.geom_size[geom, 1])
-                owner.append(geom)
-        self.model, self.ends, self.owner, self.near = model, np.array(ends), np.array(owner), near
-        self.body, self.radius = model.geom_bodyid[self.owner], model.geom_size[self.owner, 0]
+        points = [
+            (geom, *one) for geom in np.flatnonzero(model.geom_contype).tolist() for one in bearing_points(model, geom)
+        ]
+        owner, centres, radii = zip(*points)
+        self.model, self.near = model, near
+        self.owner, self.centres, self.radius = np.array(owner), np.array(centres), np.array(radii)
+        self.body = model.geom_bodyid[self.owner]
         self._jacobian = np.zeros((3, model.nv))
 
     def rows(self, data: mujoco.MjData) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """G (N, nv) and h (N,) of G dq <= h for the points near the floor."""
-        place, axes = data.geom_xpos, data.geom_xmat  # a sphere's centre is on the axis of its geom, the third column
-        height = place[:, 2].take(self.owner) + axes[:, 8].take(self.owner) * self.ends - self.radius
+        place, turn = data.geom_xpos, data.geom_xmat
+        above = np.add.reduce(turn[:, 6:].take(self.owner, axis=0) * self.centres, axis=1)
+        height = place[:, 2].take(self.owner) + above - self.radius
         close = np.flatnonzero(height < self.near)
         rows = np.empty((len(close), self.model.nv))
         for row, number in enumerate(close.tolist()):
             geom = self.owner[number]
-            centre = place[geom] + axes[geom, 2::3] * self.ends[number]
+            centre = place[geom] + turn[geom].reshape(3, 3) @ self.centres[number]
             mujoco.mj_jac(self.model, data, self._jacobian, None, centre, int(self.body[number]))
             np.negative(self._jacobian[2], out=rows[row])
         return rows, height[close]

@@ -98,7 +98,7 @@ def build_targets(source: Normalised, joints: JointMap, character: Character, ke
             strides then fit the legs less well.
     """
     clip = source.clip
-    offset = {role: character.rest_offset(role) for role in ROLES}
+    offset = rest_offsets(character)
     length = {name: float(np.linalg.norm(value)) for name, value in offset.items()}
     at = {role: clip.positions[:, index] for role, index in joints.joints.items()}
 
@@ -144,14 +144,14 @@ def build_targets(source: Normalised, joints: JointMap, character: Character, ke
     warnings: list[str] = []
     orientations = np.tile(np.eye(3), (len(hips), len(ORIENTED), 1, 1))
     oriented = np.zeros(len(ORIENTED), dtype=bool)
-    orientations[:, 0], oriented[0] = _head(source, joints, thorax_frame), True
+    orientations[:, 0], oriented[0] = _head(source, joints, thorax_frame), character.has("head")
     if "head" in joints.joints and joints.joints["head"] != joints.joints["neck"]:
         extend("head", "neck", at["head"] - neck)
     else:
         extend("head", "neck", orientations[:, 0, :, 2])
     for number, side in enumerate(SIDES):
         hand = _hand(source, joints, side)
-        if hand is not None:
+        if hand is not None and character.has(f"{side}_hand"):
             orientations[:, 1 + number], oriented[1 + number] = hand, True
         foot = _foot(source, joints, side)
         if foot is None:
@@ -162,6 +162,33 @@ def build_targets(source: Normalised, joints: JointMap, character: Character, ke
             orientations[:, 3 + number], oriented[3 + number] = foot, True
     step = None if clip.step is None else clip.step * travel
     return Targets(out, orientations, oriented, clip.fps, step, tuple(warnings), keep_travel, source.stride)
+
+
+def rest_offsets(character: Character) -> dict[str, NDArray[np.float64]]:
+    """From each role to the next in the reference pose (3,) [m]; of a trunk's parts that a character lacks, a guess.
+
+    A spine of one joint is taken as two, a fifth of the trunk and three fifths of it above the hips; the neck begins
+    between the shoulders, and the head is 0.1 m above it.
+
+    Args:
+        character: the body.
+
+    Raises:
+        SettingError: it lacks an arm, a leg or the thorax.
+    """
+    offset = {role: character.rest_offset(role) for role in ROLES if character.has(role)}
+    for role in ROLES[5:]:
+        character.segment(role)  # says what is missing
+    if not character.has("abdomen"):
+        offset["abdomen"], offset["thorax"] = (
+            0.4 * character.rest_offset("thorax"),
+            0.6 * character.rest_offset("thorax"),
+        )
+    if not character.has("neck"):
+        offset["neck"] = (offset["left_upper_arm"] + offset["right_upper_arm"]) / 2
+    if not character.has("head"):
+        offset["head"] = np.array([0.0, 0.0, 0.1])
+    return offset
 
 
 def _along_trunk(

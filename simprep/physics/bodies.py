@@ -8,13 +8,13 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.character import Character
 from simprep.errors import SettingError
 from simprep.scene import body_prefix
 
 WORLD = -1
 """Owner of geoms that belong to no body."""
-_FOOT_NAMES = ("left_foot", "right_foot")
-_TRUNK_NAMES = ("pelvis", "abdomen", "thorax", "neck", "head")
+_TRUNK_ROLES = ("pelvis", "abdomen", "thorax", "neck", "head")
 
 IntArray = NDArray[np.intp]
 
@@ -26,6 +26,7 @@ class SceneBody:
     A *body* is everything that moves with one free root; what MuJoCo calls bodies are its *segments*.
 
     Attributes:
+        character: who it is.
         number: its position among the scene's bodies.
         prefix: what the names of its parts begin with in the model.
         qpos: its entries of qpos; the root's 7 are the first.
@@ -38,6 +39,7 @@ class SceneBody:
         joint_qvel: (controls,) the same in its own qvel.
     """
 
+    character: Character
     number: int
     prefix: str
     qpos: slice
@@ -65,25 +67,29 @@ class SceneBody:
     @cached_property
     def feet(self) -> tuple[int, int]:
         """Left and right foot as indices into `segment_names`."""
-        return self.segment(_FOOT_NAMES[0]), self.segment(_FOOT_NAMES[1])
+        return self.character.feet
 
     @cached_property
     def trunk(self) -> tuple[int, ...]:
-        """Trunk, neck and head as indices into `segment_names`."""
-        return tuple(self.segment(name) for name in _TRUNK_NAMES)
+        """Trunk, neck and head, as far as the character has them, as indices into `segment_names`."""
+        return tuple(self.character.segment(role) for role in _TRUNK_ROLES if self.character.has(role))
 
 
-def scene_bodies(model: mujoco.MjModel) -> tuple[SceneBody, ...]:
-    """The bodies of a scene, in its order; a model with fewer joints or actuators than the humanoid will do.
+def scene_bodies(model: mujoco.MjModel, characters: Sequence[Character]) -> tuple[SceneBody, ...]:
+    """The bodies of a scene, in its order; a model with fewer joints or actuators than its characters will do.
 
     Args:
         model: of a scene made by `simprep.scene.build_scene`.
+        characters: who is in it.
     """
     free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
-    return tuple(_scene_body(model, number, int(joint), len(free)) for number, joint in enumerate(free))
+    return tuple(
+        _scene_body(model, character, number, int(joint), len(free))
+        for number, (joint, character) in enumerate(zip(free, characters, strict=True))
+    )
 
 
-def _scene_body(model: mujoco.MjModel, number: int, free: int, count: int) -> SceneBody:
+def _scene_body(model: mujoco.MjModel, character: Character, number: int, free: int, count: int) -> SceneBody:
     prefix = body_prefix(number, count)
     segments = np.flatnonzero(model.body_rootid == model.jnt_bodyid[free])
     joints = np.flatnonzero(np.isin(model.jnt_bodyid, segments))
@@ -94,6 +100,7 @@ def _scene_body(model: mujoco.MjModel, number: int, free: int, count: int) -> Sc
     # every joint but the root's is a hinge: as many coordinates as velocities
     n_qpos = 7 + len(dofs) - 6
     return SceneBody(
+        character=character,
         number=number,
         prefix=prefix,
         qpos=slice(qpos, qpos + n_qpos),

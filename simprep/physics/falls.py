@@ -15,7 +15,7 @@ class FallRule:
     """When a run counts as a fall.
 
     Attributes:
-        drop: the pelvis or head is lower than the reference's by more than this [m].
+        drop: the pelvis or head, if there is one, is lower than the reference's by more than this [m].
         clearance: or pelvis, trunk, neck or head touch the floor while the reference's is higher than this [m].
     """
 
@@ -38,7 +38,8 @@ def fall(
     """
     heights = data.xpos[body.segments, 2]
     goal = reference.kinematics.xpos[step - 1, :, 2]  # xpos belongs to the state before the step
-    for name, index in (("pelvis", 0), ("head", body.segment("head"))):
+    for name in [role for role in ("pelvis", "head") if body.character.has(role)]:
+        index = body.character.segment(name)
         if heights[index] < goal[index] - rule.drop:
             return f"the {name} is {goal[index] - heights[index]:.2f} m lower than the reference's"
     for index, name in ground.trunk_contacts(data):

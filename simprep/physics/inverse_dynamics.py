@@ -14,6 +14,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import lsq_linear, nnls
 
 from simprep.humanoid import GRAVITY
+from simprep.motion.kinematics import bearing_points
 from simprep.physics.bodies import scene_bodies
 from simprep.physics.reference import Reference
 
@@ -65,7 +66,7 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
     stride = max(1, round(fps / settings.rate))
     frames = np.unique(np.append(np.arange(0, len(qvel), stride), len(qvel) - 1))
     candidates = _contact_candidates(model)
-    joints = scene_bodies(model)[0].joint_qvel
+    joints = scene_bodies(model, (reference.motion.character,))[0].joint_qvel
     torques = np.empty((len(frames), model.nu))
     for row, frame in enumerate(frames):
         data.qpos[:], data.qvel[:], data.qacc[:] = reference.qpos[frame], qvel[frame], qacc[frame]
@@ -100,15 +101,12 @@ def _without_constraints(model: mujoco.MjModel) -> mujoco.MjModel:
 
 
 def _contact_candidates(model: mujoco.MjModel) -> list[tuple[int, int, NDArray[np.float64], float]]:
-    """Spheres and capsule ends that can touch the floor: (body, geom, centre in the geom's frame, radius)."""
-    out = []
-    for geom in range(model.ngeom):
-        if model.geom_contype[geom] == 0:
-            continue
-        half = model.geom_size[geom, 1]
-        for end in (-half, half) if half > 0 else (0.0,):
-            out.append((int(model.geom_bodyid[geom]), geom, np.array([0.0, 0.0, end]), float(model.geom_size[geom, 0])))
-    return out
+    """Points that can touch the floor: (body, geom, centre in the geom's frame, radius about it)."""
+    return [
+        (int(model.geom_bodyid[geom]), geom, centre, radius)
+        for geom in np.flatnonzero(model.geom_contype).tolist()
+        for centre, radius in bearing_points(model, geom)
+    ]
 
 
 def _contact_torques(

@@ -44,8 +44,8 @@ class MpcSettings:
         shrink: factor on the noise from one iteration to the next.
         temperature: softness of the weights, in standard deviations of the elites' costs.
         noise_scale: factor on the standard deviations below.
-        noise: standard deviation of the sampled offset [rad] by joint, matched by the end of the joint's name;
-            joints that match none are not sampled.
+        noise: standard deviation of the sampled offset [rad] by joint, matched by the end of its anatomical name (see
+            `simprep.character.Character.movement`); joints that match none are not sampled.
         scales: the samples are split among these multiples of the noise.
         weights: cost weights.
         torque_share: share of the reference's inverse-dynamics torques that the servo targets lead by.
@@ -139,7 +139,8 @@ class MpcController:
             for reference, dofs, body in zip(references, planner.dofs, planner.bodies)
         ]
         std = [
-            np.array([_noise_of(name, s.noise) for name in body.joint_names]) * s.noise_scale for body in planner.bodies
+            np.array([_noise_of(body.character.movement(name), s.noise) for name in body.joint_names]) * s.noise_scale
+            for body in planner.bodies
         ]
         sampled = [np.flatnonzero(one) for one in std]
         self._widths = [len(one) for one in sampled]
@@ -239,5 +240,5 @@ def _feedforward(
     return targets
 
 
-def _noise_of(joint: str, noise: tuple[tuple[str, float], ...]) -> float:
-    return next((value for ending, value in noise if joint.endswith(ending)), 0.0)
+def _noise_of(movement: str, noise: tuple[tuple[str, float], ...]) -> float:
+    return next((value for ending, value in noise if movement.endswith(ending)), 0.0)

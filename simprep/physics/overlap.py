@@ -93,5 +93,5 @@ def overlap_of_poses(poses: Sequence[ArrayLike], bodies: Sequence[Character]) ->
 @lru_cache(maxsize=4)
 def _scene(bodies: tuple[Character, ...]) -> tuple[mujoco.MjModel, tuple[SceneBody, ...], IntArray]:
     model = build_scene(SceneSettings(bodies))
-    layout = scene_bodies(model)
+    layout = scene_bodies(model, bodies)
     return model, layout, geom_owners(model, layout)[0]

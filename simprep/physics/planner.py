@@ -1,7 +1,7 @@
-"""The planner's cheaper model of the bodies: wrists, forearm rotation, neck and head do not move within a look-ahead.
+"""The planner's cheaper model of the bodies: light joints, as a humanoid's wrists and neck, do not move in a look-ahead.
 
-They are light and near their servo targets, so a look-ahead of less than a second loses little without them, and a
-simulation step gets a third cheaper. The simulated world always has all joints.
+They are near their servo targets, so a look-ahead of less than a second loses little without them, and a simulation step
+gets a third cheaper. Which they are is the character's to say (`fused`). The simulated world always has all joints.
 """
 
 from collections.abc import Iterator
@@ -14,12 +14,6 @@ from numpy.typing import NDArray
 
 from simprep.physics.bodies import IntArray, SceneBody, scene_bodies
 from simprep.scene import SceneSettings, scene_spec
-
-FIXED_ENDINGS = (
-    "wrist_flexion", "wrist_deviation", "forearm_pronation",
-    "neck_flexion", "neck_bending", "neck_rotation", "head_flexion", "head_rotation",
-)  # fmt: skip
-_FUSED_SEGMENTS = ("neck", "head")
 
 
 @dataclass(frozen=True)
@@ -69,23 +63,23 @@ def build_planner(world: mujoco.MjModel, scene: SceneSettings, timestep: float) 
         timestep: step of the planner [s].
     """
     spec = scene_spec(replace(scene, timestep=timestep))
+    full = scene_bodies(world, scene.bodies)
+    fused = {body.prefix + name for body in full for name in body.character.fused}
     for part in [*spec.actuators, *spec.joints]:
-        if part.name.endswith(FIXED_ENDINGS):
+        if part.name in fused:
             spec.delete(part)
     model = spec.compile()
     joints = [world.joint(model.joint(index).name) for index in range(model.njnt)]
     qvel = np.concatenate([_entries(joint.dofadr[0], 6 if _is_free(joint) else 1) for joint in joints])
-    bodies = scene_bodies(model)
+    bodies = scene_bodies(model, scene.bodies)
     return Planner(
         model=model,
         qpos=np.concatenate([_entries(joint.qposadr[0], 7 if _is_free(joint) else 1) for joint in joints]),
         qvel=qvel,
         controls=np.array([world.actuator(model.actuator(index).name).id for index in range(model.nu)], dtype=np.intp),
-        dofs=tuple(
-            qvel[reduced.qvel] - full.qvel.start for full, reduced in zip(scene_bodies(world), bodies, strict=True)
-        ),
+        dofs=tuple(qvel[reduced.qvel] - body.qvel.start for body, reduced in zip(full, bodies)),
         bodies=bodies,
-        fused=tuple(index for index in range(model.nbody) if model.body(index).name.endswith(_FUSED_SEGMENTS)),
+        fused=tuple(model.body(body.prefix + name).id for body in bodies for name in body.character.fused_segments),
     )
 
 

@@ -35,10 +35,10 @@ class Reference:
 
     Attributes:
         motion: the processed motion at the simulation rate.
-        qpos: (N + 1, 44).
-        qvel: (N + 1, 43).
+        qpos: (N + 1, nq).
+        qvel: (N + 1, nv).
         kinematics: positions at every step.
-        clearance: (N + 1, 17) height of each body's lowest geom point above the floor [m].
+        clearance: (N + 1, segments) height of each body's lowest geom point above the floor [m].
         processing: what was done, for the record.
     """
 

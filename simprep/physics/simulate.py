@@ -77,7 +77,7 @@ def simulate(
     scene = replace(settings.scene, bodies=tuple(motion.character for motion in motions))
     model = build_scene(scene)
     references = tuple(make_reference(motion, scene.timestep, settings.reference) for motion in motions)
-    task = ControlTask(model, scene, scene_bodies(model), references, seed)
+    task = ControlTask(model, scene, scene_bodies(model, scene.bodies), references, seed)
     with quiet_warnings():
         brain = make(task)
         recording = run_loop(task, brain, settings.fall, settings.pushes, progress)

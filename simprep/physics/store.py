@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.archive import find_archive, open_archive, write_archive
-from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import HINGES, MODEL_NAME, MODEL_VERSION, humanoid
+from simprep.characters import character_header, character_of_header
+from simprep.errors import MotionError
 from simprep.motion.motion import Motion
 from simprep.physics.contacts import BodyContact
 from simprep.physics.run import Assist, BodyRun, Run
 from simprep.scene import body_prefix
 
-SCHEMA = "simprep.run/2"
+SCHEMA = "simprep.run/3"
 RUN_FILE = "run.npz"
 """What a run is called in a folder of results."""
 MAX_BYTES = 4_000_000_000
@@ -58,11 +58,6 @@ def read_run(path: str | Path) -> Run:
     """
     path = find_archive(path, "simprep run", SCHEMA, RUN_FILE)
     with open_archive(path, "simprep run", SCHEMA, max_bytes=MAX_BYTES) as (header, archive):
-        model = (header["model"], header["model_version"])
-        if model != (MODEL_NAME, MODEL_VERSION) or tuple(header["hinges"]) != HINGES:
-            raise MotionFileError(
-                path, f"a run of model {model[0]!r} version {model[1]!r}; valid: {MODEL_NAME!r} version {MODEL_VERSION}"
-            )
         return run_of_parts(header, {name: archive[name] for name in archive.files if name != "header"})
 
 
@@ -81,9 +76,6 @@ def run_parts(run: Run) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
     """
     header: dict[str, Any] = {
         "schema": SCHEMA,
-        "model": MODEL_NAME,
-        "model_version": MODEL_VERSION,
-        "hinges": HINGES,
         **{name: getattr(run, name) for name in _PLAIN},
         "assist_force_n": run.assist.force_n,
         "assist_torque_nm": run.assist.torque_nm,
@@ -143,14 +135,13 @@ def _motion_header(motion: Motion) -> dict[str, Any]:
         "name": motion.name,
         "source": motion.source,
         "loop": motion.loop,
-        "height_m": motion.character.height_m,
-        "mass_kg": motion.character.mass_kg,
+        "character": character_header(motion.character),
     }
 
 
 def _motion(header: Mapping[str, Any], qpos: NDArray[np.float64], contacts: NDArray[np.bool_]) -> Motion:
     own = dict(header)
-    character = humanoid(own.pop("height_m"), own.pop("mass_kg"))
+    character = character_of_header(own.pop("character"))
     return Motion(qpos=qpos, contacts=contacts, character=character, **own)
 
 

@@ -93,7 +93,7 @@ def generate(number: int, seed: int = 9, seconds: float = 3.0) -> GeneratedClip:
     tempo = (0.55, 0.75, 1.3)[rng.integers(3)] if kind == "random" else 0.8
     stride = FINE_FPS // fps
     qpos = movement(kind, rng, seconds, tempo)[::stride]
-    turn = _orientations(qpos)
+    turn = orientations(qpos)
     if kind in ARCS:
         _swing_arms(turn, rng, kind, np.arange(len(qpos)) / fps)
     inserted = rest in ("t", "a") and rng.random() < 0.3
@@ -159,7 +159,7 @@ def movement(kind: str, rng: np.random.Generator, seconds: float, tempo: float) 
     return _stand(qpos, walk=kind != "spin")
 
 
-def _orientations(qpos: NDArray[np.float64]) -> dict[str, Rotation]:
+def orientations(qpos: NDArray[np.float64]) -> dict[str, Rotation]:
     xquat = forward_kinematics(qpos).xquat
     return {body: Rotation.from_quat(xquat[:, k], scalar_first=True) for k, body in enumerate(humanoid().segments)}
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import SettingError
-from simprep.humanoid import GRAVITY, HINGES, hinge_index, humanoid
+from simprep.humanoid import GRAVITY, humanoid
 from simprep.library import library_motion
 from simprep.motion.motion import Motion
 from simprep.physics.inverse_dynamics import needed_torques
@@ -18,7 +18,7 @@ from simprep.scene import SceneSettings, build_scene
 
 def held(hinge: str, angle: float, height: float = 0.0) -> Reference:
     qpos = np.repeat(humanoid().standing_qpos.copy()[None], 31, axis=0)
-    qpos[:, 7 + hinge_index(hinge)] = angle
+    qpos[:, 7 + humanoid().joint(hinge)] = angle
     qpos[:, 2] += height
     return make_reference(Motion(qpos, 60.0, np.ones((31, 2), dtype=bool)), 1 / 240)
 
@@ -26,19 +26,19 @@ def held(hinge: str, angle: float, height: float = 0.0) -> Reference:
 def test_an_arm_held_out_needs_its_weight_times_its_lever() -> None:
     model = humanoid().model
     data = mujoco.MjData(model)
-    data.qpos[7 + hinge_index("left_shoulder_flexion")] = np.pi / 2
+    data.qpos[7 + humanoid().joint("left_shoulder_flexion")] = np.pi / 2
     mujoco.mj_forward(model, data)
     arm = [model.body(f"left_{part}").id for part in ("upper_arm", "forearm", "hand")]
     shoulder = data.body("left_upper_arm").xpos
     expected = sum(model.body_mass[b] * GRAVITY * (data.xipos[b, 0] - shoulder[0]) for b in arm)
-    torque = needed_torques(held("left_shoulder_flexion", np.pi / 2))[60, hinge_index("left_shoulder_flexion")]
+    torque = needed_torques(held("left_shoulder_flexion", np.pi / 2))[60, humanoid().joint("left_shoulder_flexion")]
     assert torque == pytest.approx(expected, rel=1e-6)
 
 
 def test_standing_legs_bear_the_body_and_hang_in_free_fall() -> None:
     bent = needed_torques(held("left_knee_flexion", 0.0))[60]
     # upright, COM 1 mm before the hips and 4 to 8 cm before the ankles' centres of pressure: small, symmetric torques
-    left, right = (bent[hinge_index(f"{side}_ankle_dorsiflexion")] for side in ("left", "right"))
+    left, right = (bent[humanoid().joint(f"{side}_ankle_dorsiflexion")] for side in ("left", "right"))
     assert left == pytest.approx(right, abs=0.5)
     qpos = np.repeat(humanoid().standing_qpos.copy()[None], 61, axis=0)
     time = np.arange(61) / 60
@@ -90,8 +90,10 @@ def test_planner_is_the_same_body_with_fewer_joints() -> None:
     others = np.setdiff1d(np.arange(full.nbody), hands)
     np.testing.assert_allclose(reduced.xpos[others], data.xpos[others], atol=1e-9)
     np.testing.assert_allclose(reduced.subtree_com[1], data.subtree_com[1], atol=2e-3)  # hands at rest in the plan
-    assert [planner.model.actuator(i).name for i in range(planner.model.nu)] == [HINGES[i] for i in planner.controls]
-    assert planner.bodies[0].joint_names == tuple(HINGES[i] for i in planner.controls)
+    assert [planner.model.actuator(i).name for i in range(planner.model.nu)] == [
+        humanoid().joints[i] for i in planner.controls
+    ]
+    assert planner.bodies[0].joint_names == tuple(humanoid().joints[i] for i in planner.controls)
 
 
 def test_impossible_settings_are_refused() -> None:

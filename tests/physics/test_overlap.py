@@ -6,7 +6,7 @@ import pytest
 
 from simprep.character import Character
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import BODIES, HINGES, humanoid
+from simprep.humanoid import humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.physics.bodies import WORLD, geom_owners, scene_bodies
 from simprep.physics.overlap import overlap_of_poses
@@ -20,21 +20,29 @@ def test_layout_names_every_part_of_every_body(people: tuple[Character, ...]) ->
     model = build_scene(SceneSettings(people))
     if len(people) > 1:
         assert model.opt.jacobian == mujoco.mjtJacobian.mjJAC_DENSE  # sparse ones do not converge in some contacts
-    bodies = scene_bodies(model)
+    bodies = scene_bodies(model, people)
     owner, segment = geom_owners(model, bodies)
     prefixes = ("",) if len(people) == 1 else ("a_", "b_", "c_")
     assert len(bodies) == len(people)
     for number, (character, prefix) in enumerate(zip(bodies, prefixes)):
-        assert (character.number, character.segment_names, character.joint_names) == (number, BODIES, HINGES)
-        assert [model.body(i).name for i in range(model.nbody)][character.segments] == [prefix + n for n in BODIES]
-        assert [model.actuator(i).name for i in range(model.nu)][character.controls] == [prefix + n for n in HINGES]
+        assert (character.number, character.segment_names, character.joint_names) == (
+            number,
+            humanoid().segments,
+            humanoid().joints,
+        )
+        assert [model.body(i).name for i in range(model.nbody)][character.segments] == [
+            prefix + n for n in humanoid().segments
+        ]
+        assert [model.actuator(i).name for i in range(model.nu)][character.controls] == [
+            prefix + n for n in humanoid().joints
+        ]
         root = model.joint(f"{prefix}root")
         assert (root.qposadr[0], root.dofadr[0]) == (character.qpos.start, character.qvel.start)
-        for name, at, speed in zip(HINGES, character.joint_qpos, character.joint_qvel):
+        for name, at, speed in zip(humanoid().joints, character.joint_qpos, character.joint_qvel):
             joint = model.joint(prefix + name)
             assert (joint.qposadr[0], joint.dofadr[0]) == (character.qpos.start + at, character.qvel.start + speed)
         for geom in np.flatnonzero(owner == number):
-            assert model.body(model.geom_bodyid[geom]).name == f"{prefix}{BODIES[segment[geom]]}"
+            assert model.body(model.geom_bodyid[geom]).name == f"{prefix}{humanoid().segments[segment[geom]]}"
     assert (bodies[-1].qpos.stop, bodies[-1].qvel.stop, bodies[-1].controls.stop) == (model.nq, model.nv, model.nu)
     assert [model.geom(i).name for i in np.flatnonzero(owner == WORLD)] == ["floor"]
     with pytest.raises(SettingError, match="body 0 has no segment 'tail'; its own: pelvis, "):
@@ -58,7 +66,7 @@ def test_depth_is_radii_less_distance_of_axes() -> None:
     rng = np.random.default_rng(4)
     poses = [np.repeat(character.standing_qpos.copy()[None], 12, axis=0) for character in BOTH]
     for pose in poses:
-        pose[:, 7:] += rng.uniform(-0.4, 0.4, (12, len(HINGES)))
+        pose[:, 7:] += rng.uniform(-0.4, 0.4, (12, len(humanoid().joints)))
     poses[1][:, 0] += np.linspace(0.25, 0.9, 12)
     depth = overlap_of_poses(poses, BOTH)
     share = np.linspace(0, 1, 201)[:, None]

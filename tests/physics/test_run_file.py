@@ -3,6 +3,7 @@
 import copy
 import json
 import pickle
+from copy import deepcopy
 from dataclasses import replace
 from pathlib import Path
 
@@ -147,6 +148,8 @@ def test_bad_files_give_one_clear_error(run: Run, tmp_path: Path) -> None:
         np.savez(tmp_path / name, **{key: value for key, value in arrays.items() if value is not None})
         return tmp_path / f"{name}.npz"
 
+    other = deepcopy(header)
+    other["bodies"][0]["reference"]["character"]["model"] = "robot"
     name = "qpos" if len(run.bodies) == 1 else "a_qpos"
     (tmp_path / "text.npz").write_text("no archive")
     (tmp_path / "empty").mkdir()
@@ -157,10 +160,10 @@ def test_bad_files_give_one_clear_error(run: Run, tmp_path: Path) -> None:
         tmp_path / "empty": r"empty: a directory without a simprep run; in it: no \.npz",
         tmp_path / "text.npz": "not a readable simprep run",
         tmp_path / "half.npz": "not a readable simprep run",
-        save_motion(run.bodies[0].reference, tmp_path / "motion"): "schema 'simprep.motion/1'.*reads 'simprep.run/2'",
+        save_motion(run.bodies[0].reference, tmp_path / "motion"): "schema 'simprep.motion/1'.*reads 'simprep.run/3'",
         written("old", {**header, "schema": "simprep.run/1"}): "schema 'simprep.run/1'",
-        written("other", {**header, "model": "robot"}): "a run of model 'robot' version 1; valid: 'simprep_humanoid'",
-        written("bare", {"schema": "simprep.run/2"}): "not a readable simprep run",
+        written("other", other): "poses of model 'robot'; valid: simprep_humanoid, ",
+        written("bare", {"schema": "simprep.run/3"}): "not a readable simprep run",
         written("lacking", header, **{name: None}): "not a readable simprep run",
         written("short", header, **{name: parts[name][:4]}): r"short\.npz: run of motion 0: qpos \(4, 44\)",
         written("nan", {**header, "end": "won"}): "a run that ended 'won'; valid: done, fell, diverged",

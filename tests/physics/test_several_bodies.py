@@ -7,7 +7,7 @@ import pytest
 
 from simprep.character import Character
 from simprep.errors import MotionError, SettingError, UnknownNameError
-from simprep.humanoid import HINGES, humanoid
+from simprep.humanoid import humanoid
 from simprep.library import library_motion
 from simprep.motion.edit import cut, move
 from simprep.motion.kinematics import forward_kinematics
@@ -32,7 +32,7 @@ def flying(
     """A body that drifts through the air in a random posture."""
     time = np.arange(49) / 60
     qpos = np.repeat(character.standing_qpos.copy()[None], len(time), axis=0)
-    qpos[:, 7:] += np.random.default_rng(seed).uniform(-0.3, 0.3, len(HINGES))
+    qpos[:, 7:] += np.random.default_rng(seed).uniform(-0.3, 0.3, len(humanoid().joints))
     qpos[:, :3] += start
     qpos[:, 0] += speed * time
     qpos[:, 3:7] = [np.cos(turn / 2), 0, 0, np.sin(turn / 2)]
@@ -54,7 +54,7 @@ def test_recorded_impulses_are_the_momentum_that_bodies_exchange(speed: float) -
     # off the line of centres, so that limbs meet, slide and spin
     motions = [flying(SMALL, (0, 0, 3), speed, 1), flying(LARGE, (0.9, 0.15, 3.1), -speed, 2, np.pi)]
     references = tuple(make_reference(motion, dt, ReferenceSettings(smoothing=0)) for motion in motions)
-    task = ControlTask(model, scene, scene_bodies(model), references, seed=0)
+    task = ControlTask(model, scene, scene_bodies(model, scene.bodies), references, seed=0)
     simulated = run_loop(task, PdController(task), FallRule(100, 100))
     assert simulated.end == "done"
     assert not simulated.between.unconverged.any()

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import MotionError, SettingError, UnknownNameError
-from simprep.humanoid import hinge_index, humanoid
+from simprep.humanoid import humanoid
 from simprep.library import library_motion
 from simprep.motion.edit import cut, repeat
 from simprep.motion.kinematics import body_clearance, forward_kinematics
@@ -108,7 +108,7 @@ def test_a_push_moves_the_body_and_is_reported() -> None:
 
 def test_divergence_is_reported_not_returned_as_data() -> None:
     qpos = standing(0.5).qpos.copy()
-    qpos[:, 7 + hinge_index("left_knee_flexion")] = np.linspace(0, 1e9, len(qpos))
+    qpos[:, 7 + humanoid().joint("left_knee_flexion")] = np.linspace(0, 1e9, len(qpos))
     motion = Motion(qpos, 60.0, np.ones((len(qpos), 2), dtype=bool), name="absurd")
     run = track(motion, "pd", settings=SimulationSettings(reference=ReferenceSettings(smoothing=0, lift=False)))
     assert run.end == "diverged"

@@ -30,7 +30,10 @@ def save_stream(stream: DuelStream, path: str | Path) -> Path:
     """
     for player, motion in zip(PLAYERS, stream.players):
         if not _is_ours(motion.character):
-            raise MotionFileError(path, f"player {player} is {motion.character}; the file holds {MODEL_NAME} only")
+            raise MotionFileError(
+                path,
+                f"player {player} is {motion.character.name}; fights are learned from and made for {MODEL_NAME} only",
+            )
     header = {
         "schema": SCHEMA,
         "model": MODEL_NAME,

@@ -74,7 +74,7 @@ def overlaps(stream: DuelStream) -> Overlaps:
     """
     a, b = stream.players
     model = build_scene(SceneSettings((a.character, b.character)))
-    bodies = scene_bodies(model)
+    bodies = scene_bodies(model, (a.character, b.character))
     owner, segment = geom_owners(model, bodies)
     data = mujoco.MjData(model)
     count_a, count_b = len(a.character.segments), len(b.character.segments)

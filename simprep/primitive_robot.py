@@ -1,0 +1,73 @@
+"""A robot of primitive shapes as a character: a body that is not ours, with other joints in another order.
+
+The model is `mjcf/primitive_robot.xml`: 29 hinges, 1.26 m, 35 kg. It has no abdomen, neck or head of its own, and one waist.
+Robots of your own are made in the same way; see CONTRIBUTING, "How to add a character".
+"""
+
+from functools import lru_cache
+
+import mujoco
+
+from simprep.character import SIDES, Character
+from simprep.humanoid import mjcf_folder
+
+ROBOT_NAME = "simprep_primitive_robot"
+ROBOT_VERSION = 1
+
+_LEG = {
+    "hip_flexion": "hip_pitch", "hip_abduction": "hip_roll", "hip_rotation": "hip_yaw", "knee_flexion": "knee",
+    "ankle_dorsiflexion": "ankle_pitch", "ankle_inversion": "ankle_roll",
+}  # fmt: skip
+_ARM = {
+    "shoulder_flexion": "shoulder_pitch", "shoulder_abduction": "shoulder_roll", "shoulder_rotation": "shoulder_yaw",
+    "elbow_flexion": "elbow", "forearm_pronation": "wrist_roll", "wrist_flexion": "wrist_yaw",
+    "wrist_deviation": "wrist_pitch",
+}  # fmt: skip
+_WAIST = {"lumbar_rotation": "waist_yaw", "lumbar_bending": "waist_roll", "lumbar_flexion": "waist_pitch"}
+_SOLE = ("heel_inner", "heel_outer", "toe_inner", "toe_outer")
+_OTHER = {"left": "right", "right": "left"}
+
+
+@lru_cache(maxsize=1)
+def primitive_robot() -> Character:
+    """A robot of boxes, capsules and spheres."""
+    limbs = {"leg": _LEG, "arm": _ARM}
+    groups = {
+        f"{side}_{limb}": tuple(f"{side}_{name}" for name in names.values())
+        for limb, names in limbs.items()
+        for side in SIDES
+    }
+    trunk = tuple(_WAIST.values())
+    lower = groups["left_leg"] + groups["right_leg"]
+    upper = trunk + groups["left_arm"] + groups["right_arm"]
+    parts = ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")
+    turned = ("roll", "yaw")  # about x and z: mirrored, they change their sign
+    mirror = {name: (name, -1.0 if name.endswith(turned) else 1.0) for name in trunk}
+    for side in SIDES:
+        for name in (*_LEG.values(), *_ARM.values()):
+            mirror[f"{side}_{name}"] = (f"{_OTHER[side]}_{name}", -1.0 if name.endswith(turned) else 1.0)
+    return Character(
+        name=ROBOT_NAME,
+        build=_spec,
+        roles={
+            "pelvis": "pelvis", "thorax": "torso",
+            **{f"{side}_{part}": f"{side}_{part}" for side in SIDES for part in parts},
+        },
+        soles=(tuple(f"left_{part}" for part in _SOLE), tuple(f"right_{part}" for part in _SOLE)),
+        upper=upper,
+        lower=lower,
+        groups={"trunk": trunk, **groups},
+        mirror=mirror,
+        anatomy={
+            **_WAIST,
+            **{f"{side}_{movement}": f"{side}_{name}" for side in SIDES for movement, name in (_LEG | _ARM).items()},
+        },
+        balancing=upper,
+        fused=tuple(f"{side}_{name}" for side in SIDES for name in ("wrist_roll", "wrist_pitch", "wrist_yaw")),
+        height_m=1.26,
+        mass_kg=float(_spec().compile().body_mass.sum()),
+    )  # fmt: skip
+
+
+def _spec() -> mujoco.MjSpec:
+    return mujoco.MjSpec.from_file(str(mjcf_folder() / "primitive_robot.xml"))
