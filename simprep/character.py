@@ -142,6 +142,26 @@ class Character:
         """Names of the segments in model order: segment k is model body k + 1."""
         return tuple(self.model.body(index).name for index in range(1, self.model.nbody))
 
+    @cached_property
+    def limits(self) -> NDArray[np.float64]:
+        """Lower and upper limits of the joints (joints, 2) [rad]."""
+        return np.array(self.model.jnt_range[1:])
+
+    @cached_property
+    def servos(self) -> IntArray:
+        """Joint of each actuator (actuators,), in model order."""
+        return np.asarray(self.model.actuator_trnid[:, 0] - 1, dtype=np.intp)
+
+    @cached_property
+    def gains(self) -> NDArray[np.float64]:
+        """Stiffness [N m/rad] and damping [N m s/rad] of each actuator's servo (actuators, 2)."""
+        return np.stack([self.model.actuator_gainprm[:, 0], -self.model.actuator_biasprm[:, 2]], axis=1)
+
+    @cached_property
+    def torque_limits(self) -> NDArray[np.float64]:
+        """Largest torque of each actuator (actuators,) [N m]."""
+        return np.array(self.model.actuator_forcerange[:, 1])
+
     @property
     def nq(self) -> int:
         """Entries of a pose."""

@@ -112,7 +112,7 @@ def check_import(
                 f"the {limb.replace('_', ' ')} points up to {error.max_deg:.0f} deg away from the file's (frame {worst}; "
                 f"95 % of the frames within {error.p95_deg:.0f}); more than {limit:.0f} in frames {_spans(angle > limit)}"
             )
-    low, high = character.model.jnt_range[1:].T
+    low, high = character.limits.T
     share = ((qpos[:, 7:] < low + AT_LIMIT) | (qpos[:, 7:] > high - AT_LIMIT)).mean(axis=0)
     saturated = {name: float(value) for name, value in zip(character.joints, share) if value > LONG_AT_LIMIT}
     if unsettled.any():

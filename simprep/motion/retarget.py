@@ -22,6 +22,18 @@ FULL_STEPS = 4
 UNBOUNDED = 1e30
 """No bound, to the solver."""
 
+PLACE = {role: slice(3 * number, 3 * number + 3) for number, role in enumerate(ROLES)}
+"""Rows of a body's position in the stacked error."""
+TURN = {
+    ROLES[index]: slice(3 * (len(ROLES) + number), 3 * (len(ROLES) + number) + 3)
+    for number, index in enumerate(ORIENTED)
+}
+"""Rows of a body's rotation vector, world axes: the first two tilt it, the third is its heading."""
+TILT = {role: slice(rows.start, rows.start + 2) for role, rows in TURN.items()}
+HEADING = {role: rows.start + 2 for role, rows in TURN.items()}
+ROWS = 3 * (len(ROLES) + len(ORIENTED))
+FEET_TURN = slice(TURN["left_foot"].start, TURN["right_foot"].stop)
+
 
 @dataclass(frozen=True)
 class RetargetSettings:
@@ -95,19 +107,23 @@ class BodyTask(mink.Task):  # type: ignore[misc]
 
     def __init__(self, character: Character, settings: RetargetSettings, oriented: NDArray[np.bool_]) -> None:
         self.settings, model = settings, character.model
-        cost = np.full((len(ROLES), 3), settings.position_cost)
-        cost[1:5] = settings.trunk_cost
-        cost[[not character.has(role) for role in ROLES]] = 0.0
-        turn = np.repeat(
-            np.array([settings.head_cost, *[settings.hand_cost] * 2, *[settings.foot_cost] * 2]) * oriented, 3
-        )
-        turn[[11, 14]] = settings.foot_turn_cost * oriented[3:]
-        self.base_cost = np.concatenate([cost.ravel(), turn])
+        cost = np.full(ROWS, settings.position_cost)
+        for role in ROLES:
+            if not character.has(role):
+                cost[PLACE[role]] = 0.0
+            elif role in ("abdomen", "thorax", "neck", "head"):
+                cost[PLACE[role]] = settings.trunk_cost
+        costs = {"head": settings.head_cost, "hand": settings.hand_cost, "foot": settings.foot_cost}
+        for (role, rows), told in zip(TURN.items(), oriented):
+            cost[rows] = costs[role.rpartition("_")[2]] * told
+            if role.endswith("foot"):
+                cost[HEADING[role]] = settings.foot_turn_cost * told
+        self.base_cost = cost
         super().__init__(cost=self.base_cost.copy(), gain=1.0, lm_damping=0.0)
         self.pull = np.full(model.nv, settings.posture_cost**2)
         self.pull[:6] = 1e-9
-        for name in (hinge for side in SIDES for hinge in character.groups[f"{side}_arm"][:4]):
-            self.pull[6 + character.joint(name)] = settings.arm_cost**2
+        for arm in (character.group(f"{side}_arm") for side in SIDES):
+            self.pull[6 + character.joint_indices(arm[:4])] = settings.arm_cost**2
         for index in map(character.anatomical, ("neck_rotation", "head_rotation")):
             if index is not None:
                 self.pull[6 + index] = settings.neck_cost**2
@@ -119,18 +135,19 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.positions = np.zeros((len(ROLES), 3))
         self.orientations = np.tile(np.eye(3), (len(ORIENTED), 1, 1))
         self.rest = np.array(model.qpos0)
-        self.jacobian = np.zeros((len(self.base_cost), model.nv))
+        self.jacobian = np.zeros((ROWS, model.nv))
+        self.places = [(self.jacobian[PLACE[role]], int(body)) for role, body in zip(ROLES, self.bodies)]
+        self.turns = [(self.jacobian[rows], int(body)) for rows, body in zip(TURN.values(), self.turned)]
         self.weight = np.zeros_like(self.jacobian)
         self.bones = [ROLES.index(f"{side}_{part}") for side in SIDES for part in ("forearm", "hand")]
         self.joints_above = [bone - 1 for bone in self.bones]
         self.gave_way = False
         self.mask = np.ones_like(self.jacobian)
-        for number, side in enumerate(SIDES):
-            hinges = [6 + character.joint(name) for name in character.groups[f"{side}_arm"]]
-            others = np.setdiff1d(np.arange(model.nv), hinges)
-            forearm = 3 * ROLES.index(f"{side}_forearm")
-            hand = 3 * len(ROLES) + 3 * (1 + number)
-            self.mask[np.ix_([*range(forearm, forearm + 6), *range(hand, hand + 3)], others)] = 0.0
+        for side in SIDES:
+            own = 6 + character.joint_indices(character.group(f"{side}_arm"))
+            others = np.setdiff1d(np.arange(model.nv), own)
+            for rows in (PLACE[f"{side}_forearm"], PLACE[f"{side}_hand"], TURN[f"{side}_hand"]):
+                self.mask[rows, others] = 0.0
 
     def set_target(
         self,
@@ -151,15 +168,13 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         """
         self.positions, self.orientations, self.rest = positions, orientations, rest
         cost = self.base_cost.copy()
-        for number in range(2):
-            if standing[number]:
-                foot = ORIENTED[3 + number]
-                cost[3 * foot : 3 * foot + 3] *= self.settings.stance_cost
-                cost[3 * foot - 3 : 3 * foot] *= self.settings.stance_knee_cost
-                turn = 3 * len(ROLES) + 3 * (3 + number)
-                cost[turn : turn + 2] *= self.settings.stance_tilt_cost
-                yields = 1 + (twisted[number] / self.settings.twist) ** 2
-                cost[turn + 2] *= self.settings.stance_turn_cost / yields
+        for number in np.flatnonzero(standing):
+            foot, knee = f"{SIDES[number]}_foot", f"{SIDES[number]}_shank"
+            cost[PLACE[foot]] *= self.settings.stance_cost
+            cost[PLACE[knee]] *= self.settings.stance_knee_cost
+            cost[TILT[foot]] *= self.settings.stance_tilt_cost
+            yields = 1 + (twisted[number] / self.settings.twist) ** 2
+            cost[HEADING[foot]] *= self.settings.stance_turn_cost / yields
         self.cost, self.gave_way = cost, False
         self.weight = cost[:, None] * self.mask
 
@@ -176,10 +191,10 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         if self.gave_way or not standing.any():
             return False
         self.gave_way = True
-        turn = 3 * len(ROLES) + 9
-        off = np.linalg.norm(self.compute_error(configuration)[turn:].reshape(2, 3), axis=1) / self.settings.beyond
+        error = self.compute_error(configuration)[FEET_TURN].reshape(2, 3)
+        off = np.linalg.norm(error, axis=1) / self.settings.beyond
         factor = np.where(standing & (off > 1.0), 1 / (1 + off**2), 1.0)
-        self.cost[turn:] *= factor.repeat(3)
+        self.cost[FEET_TURN] *= factor.repeat(3)
         self.weight = self.cost[:, None] * self.mask
         return bool((factor < 1.0).any())
 
@@ -195,16 +210,13 @@ class BodyTask(mink.Task):  # type: ignore[misc]
     def compute_jacobian(self, configuration: Any) -> NDArray[np.float64]:
         """Derivative of the error, not yet masked; of the rotation vector to first order, which is exact at the target."""
         model, data = configuration.model, configuration.data
-        jacobian, rows = self.jacobian, 3 * len(ROLES)
-        for number, body in enumerate(self.bodies):
-            mujoco.mj_jacBody(model, data, jacobian[3 * number : 3 * number + 3], None, int(body))
-        for number, character in enumerate(self.turned):
-            mujoco.mj_jacBody(model, data, None, jacobian[rows + 3 * number : rows + 3 * number + 3], int(character))
-        for hand in self.bones[
-            1::2
-        ]:  # a forearm's own origin does not depend on the shoulder's hinges: its row is right
-            jacobian[3 * hand : 3 * hand + 3] -= jacobian[3 * hand - 3 : 3 * hand]
-        return jacobian
+        for rows, body in self.places:
+            mujoco.mj_jacBody(model, data, rows, None, body)
+        for rows, body in self.turns:
+            mujoco.mj_jacBody(model, data, None, rows, body)
+        for side in SIDES:  # a forearm's own origin does not depend on the shoulder's hinges: its row is right
+            self.jacobian[PLACE[f"{side}_hand"]] -= self.jacobian[PLACE[f"{side}_forearm"]]
+        return self.jacobian
 
     def compute_qp_objective(self, configuration: Any) -> mink.Objective:
         """Weighted squares of the error and of the way to rest."""

@@ -87,21 +87,19 @@ class ControllerFactory(Protocol):
         ...
 
 
-def feedforward_targets(reference: Reference, model: mujoco.MjModel, body: SceneBody) -> NDArray[np.float64]:
+def feedforward_targets(reference: Reference, body: SceneBody) -> NDArray[np.float64]:
     """Servo targets that reproduce the reference's velocity: q* + (kd / kp) q̇*.
 
     A servo with torque kp (u - q) - kd q̇ brakes a joint that moves as it should unless the target leads by this much.
 
     Args:
         reference: what to track, N + 1 steps.
-        model: of the scene.
         body: who tracks it.
 
     Returns:
         (N + 1, controls) [rad]. Entry k is the target during step k, taken at its end.
     """
-    kp = model.actuator_gainprm[body.controls, 0]
-    kd = -model.actuator_biasprm[body.controls, 2]
+    kp, kd = body.character.gains.T
     targets = reference.qpos[:, body.joint_qpos] + (kd / kp) * reference.qvel[:, body.joint_qvel]
     return np.concatenate([targets[1:], targets[-1:]])
 
@@ -117,7 +115,7 @@ class PdController:
 
     def __init__(self, task: ControlTask) -> None:
         self._targets = np.concatenate(
-            [feedforward_targets(one, task.model, body) for one, body in zip(task.references, task.bodies)], axis=1
+            [feedforward_targets(one, body) for one, body in zip(task.references, task.bodies)], axis=1
         )
 
     def target(self, step: int, data: mujoco.MjData) -> NDArray[np.float64]:

@@ -233,10 +233,10 @@ class _Search:
 def _feedforward(
     reference: Reference, model: mujoco.MjModel, body: SceneBody, settings: MpcSettings
 ) -> NDArray[np.float64]:
-    targets = feedforward_targets(reference, model, body)
+    targets = feedforward_targets(reference, body)
     if settings.torque_share > 0:
         torque = np.clip(needed_torques(reference), *model.actuator_forcerange[body.controls].T)
-        targets = targets + settings.torque_share * torque / model.actuator_gainprm[body.controls, 0]
+        targets = targets + settings.torque_share * torque / body.character.gains[:, 0]
     return targets
 
 

@@ -196,7 +196,7 @@ def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tupl
     qpos[:, :3] += fade[:, :3]
     turn = Rotation.from_rotvec(fade[:, 3:6]) * Rotation.from_quat(qpos[:, 3:7], scalar_first=True)
     qpos[:, 3:7] = turn.as_quat(scalar_first=True)
-    low, high = target.character.model.jnt_range[1:].T
+    low, high = target.character.limits.T
     inside = np.clip(qpos[:, 7:] + fade[:, 6:], low, high)
     qpos[:, 7:] = np.where(np.abs(fade[:, 6:]) > 0, inside, qpos[:, 7:])
     qpos[0] = state.qpos

@@ -195,7 +195,7 @@ def check_limits(qpos: NDArray[np.float64], character: Character = humanoid()) -
     Raises:
         MotionError: a pose leaves the joint limits by more than 0.5 deg.
     """
-    low, high = character.model.jnt_range[1:].T
+    low, high = character.limits.T
     excess = np.maximum(low - qpos[:, 7:], qpos[:, 7:] - high)
     frame, hinge = np.unravel_index(int(np.argmax(excess)), excess.shape)
     if excess[frame, hinge] > np.radians(0.5):
