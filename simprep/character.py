@@ -148,11 +148,6 @@ class Character:
         return np.array(self.model.jnt_range[1:])
 
     @cached_property
-    def servos(self) -> IntArray:
-        """Joint of each actuator (actuators,), in model order."""
-        return np.asarray(self.model.actuator_trnid[:, 0] - 1, dtype=np.intp)
-
-    @cached_property
     def gains(self) -> NDArray[np.float64]:
         """Stiffness [N m/rad] and damping [N m s/rad] of each actuator's servo (actuators, 2)."""
         return np.stack([self.model.actuator_gainprm[:, 0], -self.model.actuator_biasprm[:, 2]], axis=1)

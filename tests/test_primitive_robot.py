@@ -66,6 +66,9 @@ def test_it_is_another_body(robot: Character) -> None:
     first_leg, first_arm = (robot.joint(robot.group(f"left_{limb}")[0]) for limb in ("leg", "arm"))
     assert first_leg < first_arm  # ours has its arms first
     assert robot != ours
+    knee = robot.joint("left_knee")
+    np.testing.assert_allclose(np.degrees(robot.limits[knee]), [-3, 150])
+    np.testing.assert_allclose([*robot.gains[knee], robot.torque_limits[knee]], [300, 20, 150])
     assert character_of_name("primitive_robot") == robot
     with pytest.raises(UnknownNameError, match=r"character 'centaur'.*humanoid, primitive_robot"):
         character_of_name("centaur")

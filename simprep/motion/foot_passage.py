@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.character import Character
-from simprep.motion.footholds import FootholdSettings, FootPoses, Held, hold_feet, sole_geometry, sole_points
+from simprep.motion.foot_stance import FootholdSettings
+from simprep.motion.footholds import FootPoses, Held, hold_feet, sole_geometry, sole_points
 from simprep.motion.targets import unit
 
 

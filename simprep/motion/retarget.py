@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from simprep.character import ROLES, SIDES, Character
 from simprep.errors import MotionError
 from simprep.motion.closed_form import closed_form
-from simprep.motion.footholds import knee_offset
+from simprep.motion.foot_stance import knee_offset
 from simprep.motion.kinematics import bearing_points
 from simprep.motion.targets import ORIENTED, Targets, unit
 

@@ -1,0 +1,247 @@
+"""One stance of one foot: where its foothold is, and the foot's pose through it, rolling over heel and toe."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from simprep.motion.rotations import axis_rotation
+from simprep.motion.targets import unit
+
+
+@dataclass(frozen=True)
+class FootholdSettings:
+    """Thresholds of the placing of feet.
+
+    Attributes:
+        flattening: tilts of this size are halved, smaller ones vanish, larger ones stay [rad].
+        flat_within: tilt up to which a sole tells where the foothold is [rad].
+        turning: a stance whose heading ranges over more than this turns [rad], and
+        sliding: one whose place ranges over more than this slides [m]: it is divided into still parts.
+        still_turn: heading rate below which a part is still [rad/s].
+        still_speed: speed of the place below which a part is still [m/s].
+        shortest: shortest still part [s].
+        dorsiflexion: largest angle that a standing ankle is asked for, beyond which the heel rises [rad].
+        inversion: the same to either side, beyond which the sole tilts [rad].
+        softness: points within about this height of the lowest share its hold [m].
+        upright: a shank whose rise is less than this share of its length does not stand on its foot.
+        resting: a foot this high does not stand, whatever its speed [m].
+        heel: largest change of the pitch of a foot that rolls [rad].
+        along: weight of an ankle's error along the leg over one across it.
+        own_pitch: price of that change [m/rad].
+        own_heading: a knee that is out by this much counts as much as the heading of the foot [m].
+        torsion: largest turn of a foothold towards the knee [rad].
+        grip: a foot whose ankle would be farther than this from where the leg has it lets go [m],
+        slip: this much earlier or later at most [s].
+        briefest: a foot that would hold for less than this after that does not stand [s].
+        tip: largest turn of a swinging foot that brings its sole out of the floor [rad].
+        straighten: a knee is not straightened by more than this to set a sliding foot down [rad].
+        ease: longest time over which a correction fades in a swing [s].
+        recent: time over which its slope at the stance is taken [s].
+    """
+
+    flattening: float = 0.06
+    flat_within: float = 0.2
+    turning: float = 0.3
+    sliding: float = 0.12
+    still_turn: float = 0.8
+    still_speed: float = 0.2
+    shortest: float = 0.1
+    dorsiflexion: float = 0.58
+    inversion: float = 0.5
+    softness: float = 0.006
+    upright: float = 0.45
+    resting: float = 0.012
+    heel: float = 0.4
+    along: float = 3.0
+    own_pitch: float = 0.05
+    own_heading: float = 0.03
+    torsion: float = 0.7
+    grip: float = 0.025
+    slip: float = 0.2
+    briefest: float = 0.08
+    straighten: float = 0.1
+    tip: float = 0.6
+    ease: float = 0.14
+    recent: float = 0.1
+
+
+class Stance:
+    """One stance of one foot: sole points (n, 4, 3), and what follows from them."""
+
+    def __init__(
+        self,
+        points: NDArray[np.float64],
+        rotation: NDArray[np.float64],
+        centres: NDArray[np.float64],
+        radii: NDArray[np.float64],
+        ankle: NDArray[np.float64],
+        leg: NDArray[np.float64],
+        fold: NDArray[np.float64],
+        settings: FootholdSettings,
+    ) -> None:
+        self.points, self.centres, self.radii, self.settings = points, centres, radii, settings
+        self.ankle, self.leg, self.fold = ankle, leg, fold
+        heading = np.arctan2(-rotation[:, 0, 1], rotation[:, 1, 1])  # of the sideways axis: a steep foot keeps its own
+        self.pitch = np.arcsin(np.clip(-rotation[:, 2, 0], -1, 1))
+        self.heading = np.unwrap(heading)
+        height = points[..., 2] - points[..., 2].min(axis=-1, keepdims=True)
+        self.weight = np.exp(-height / settings.softness)  # (n, 4) how much each point bears
+        level = axis_rotation("z", self.heading)
+        local = np.einsum("nij,pj->npi", level, centres)[..., :2]
+        share = self.weight / self.weight.sum(axis=1, keepdims=True)
+        self.place = np.einsum("np,npi->ni", share, points[..., :2] - local)  # ankle of the flat foot, in plan
+        self.turns = bool(np.ptp(self.heading) > settings.turning)
+        # a foot of another length rolls over another toe: the flat frames tell the place
+        self.flatness = np.exp(-((self.pitch / settings.flat_within) ** 2)) + 1e-3
+        flat = self.flatness > 0.5 * self.flatness.max()
+        self.slides = bool(np.ptp(self.place[flat], axis=0).max() > settings.sliding)
+
+
+def knee_offset(hip: NDArray[np.float64], knee: NDArray[np.float64], ankle: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Which way the foot of a folded leg points when flat on the floor, and how much the knee tells of it.
+
+    Our ankle bends in the plane of the leg, so a flat foot points along the line in which that plane meets the floor.
+
+    Args:
+        hip: (n, 3) [m].
+        knee: (n, 3) [m].
+        ankle: (n, 3) [m].
+
+    Returns:
+        (n, 2) in plan, as long as the knee is far from the line from hip to ankle [m].
+    """
+    normal = np.cross(hip - ankle, knee - ankle)
+    offset = np.linalg.norm(normal, axis=-1) / np.maximum(np.linalg.norm(hip - ankle, axis=-1), 1e-9)
+    return np.asarray(unit(np.stack([normal[:, 1], -normal[:, 0]], axis=-1)) * offset[:, None])
+
+
+def _towards_knee(heading: float, fold: NDArray[np.float64], settings: FootholdSettings) -> float:
+    """Turn of a foothold that lets the knee stay where it folds to: our shank has no torsion, people's has [rad].
+
+    The least-squares compromise between the foot's own heading and the knee's, which counts by how far it is out.
+    """
+    out = np.linalg.norm(fold, axis=-1)
+    off = (np.arctan2(fold[:, 1], fold[:, 0]) - heading + np.pi) % (2 * np.pi) - np.pi
+    weight = np.where(np.abs(off) < np.pi / 2, out**2, 0.0)
+    turn = float((weight * off).sum() / (weight.sum() + len(fold) * settings.own_heading**2))
+    return float(np.clip(turn, -settings.torsion, settings.torsion))
+
+
+def hold(
+    stance: Stance, part: slice, shank: NDArray[np.float64], turning: bool
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Positions (n, 3) and orientations (n, 3, 3) of the foot through one still part of a stance."""
+    settings, centres, radii = stance.settings, stance.centres, stance.radii
+    weight, points = stance.weight[part], stance.points[part]
+    heading = stance.heading[part]
+    if not turning:
+        mean = float(np.average(heading, weights=stance.flatness[part]))
+        heading = np.full(len(heading), mean + _towards_knee(mean, stance.fold[part], settings))
+    pitch = _flatten(stance.pitch[part], settings)
+    if not turning:
+        anchors = _anchors(points, heading[0], weight * stance.flatness[part, None], centres)
+        pitch = _rolling_pitch(
+            pitch, heading[0], anchors, stance.ankle[part], stance.leg[part], centres, radii, settings
+        )
+    roll = np.zeros_like(pitch)
+    new = _oriented(heading, pitch, roll)
+    # beyond the ankle's range the heel rises, or the sole tilts sideways
+    lean = np.einsum("nji,nj->ni", new, shank[part])
+    pitch = pitch + np.maximum(0.0, np.arctan2(lean[:, 0], lean[:, 2]) - settings.dorsiflexion)
+    aside = -np.arctan2(lean[:, 1], lean[:, 2])
+    roll = aside - np.clip(aside, -settings.inversion, settings.inversion)
+    new = _oriented(heading, pitch, roll)
+    reach = np.einsum("nij,pj->npi", new, centres)
+    height = reach[..., 2] - radii
+    if turning:  # all of a short stance, as a kick's: the ball stays
+        across = _ball(centres)
+        ball = reach[:, across, :2].mean(axis=1)
+        plan = np.median(points[:, across, :2].mean(axis=1), axis=0) - ball
+    else:
+        plan = _held_by(anchors - reach[..., :2], height, settings)
+        # the foothold lies where the leg puts it on the whole: a foot of another length touches elsewhere
+        plan += (stance.ankle[part, :2] - plan).mean(axis=0)
+    return np.concatenate([plan, -height.min(axis=1)[:, None]], axis=1), new
+
+
+def _ball(centres: NDArray[np.float64]) -> list[int]:
+    """The ball of a foot: its widest pair of points (N, 3), the foremost of equally wide ones."""
+    ahead = 1e-3 * centres[:, 0]
+    return [int((centres[:, 1] + ahead).argmax()), int((-centres[:, 1] + ahead).argmax())]
+
+
+def _oriented(
+    heading: NDArray[np.float64], pitch: NDArray[np.float64], roll: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Orientations (n, 3, 3) of feet: heading, then pitch (toe down), then roll [rad]."""
+    return axis_rotation("z", heading) @ axis_rotation("y", pitch) @ axis_rotation("x", roll)
+
+
+def _anchors(
+    points: NDArray[np.float64], heading: float, bearing: NDArray[np.float64], centres: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Places (4, 2) of the sole's points in the flat foothold that fits a stance best [m]."""
+    local = (centres @ axis_rotation("z", heading).T)[:, :2]  # about the ankle of the flat foot
+    return np.asarray(np.einsum("np,npi->i", bearing, points[..., :2] - local) / bearing.sum() + local)
+
+
+def _held_by(
+    offset: NDArray[np.float64], height: NDArray[np.float64], settings: FootholdSettings
+) -> NDArray[np.float64]:
+    """Mean of offsets (..., 4, 2) over the lowest points, heights (..., 4)."""
+    hold = np.exp(-(height - height.min(axis=-1, keepdims=True)) / settings.softness)
+    return np.asarray(np.einsum("...p,...pi->...i", hold / hold.sum(axis=-1, keepdims=True), offset))
+
+
+def _rolling_pitch(
+    pitch: NDArray[np.float64],
+    heading: float,
+    anchors: NDArray[np.float64],
+    ankle: NDArray[np.float64],
+    leg: NDArray[np.float64],
+    centres: NDArray[np.float64],
+    radii: NDArray[np.float64],
+    settings: FootholdSettings,
+) -> NDArray[np.float64]:
+    """Pitch (n,) with which a rolling foot has its ankle nearest to the leg's: feet differ in length, legs do not wait.
+
+    Args:
+        pitch: (n,) of the source's foot, the toe down [rad].
+        heading: of the foothold [rad].
+        anchors: (4, 2) places of the sole's points [m].
+        ankle: (n, 3) where the leg has the ankle [m].
+        leg: (n, 3) direction from ankle to hip (unit).
+        centres: (4, 3) of the sole's spheres in the foot's frame [m].
+        radii: (4,) of the spheres [m].
+        settings: thresholds.
+    """
+    # a flat foot stays flat
+    rolling = np.clip((np.abs(pitch) - settings.flat_within / 2) / settings.flat_within, 0.0, 1.0)
+    rolls = np.flatnonzero(rolling)
+    change = np.linspace(-settings.heel, settings.heel, 13)
+    tried = pitch[rolls, None] + change  # (n, 13), of those that roll
+    sine, cosine = np.sin(tried)[..., None], np.cos(tried)[..., None]
+    ahead = cosine * centres[:, 0] + sine * centres[:, 2]
+    height = cosine * centres[:, 2] - sine * centres[:, 0] - radii
+    forward = np.array([np.cos(heading), np.sin(heading)])
+    aside = np.array([-forward[1], forward[0]])
+    reach = ahead[..., None] * forward + centres[:, 1, None] * aside
+    place = _held_by(anchors - reach, height, settings)
+    off = np.concatenate([place, -height.min(axis=-1)[..., None]], axis=-1) - ankle[rolls, None]  # (n, 13, 3)
+    # an error along the leg bends the knee, one across it only turns the leg
+    along = (off * leg[rolls, None]).sum(axis=-1)
+    cost = (off**2).sum(axis=-1) + (settings.along**2 - 1) * along**2
+    cost += (settings.own_pitch * change) ** 2
+    best = np.clip(cost.argmin(axis=1), 1, len(change) - 2)
+    rows = np.arange(len(rolls))
+    before, at, after = (cost[rows, best + step] for step in (-1, 0, 1))
+    vertex = 0.5 * (before - after) / np.maximum(before - 2 * at + after, 1e-12)
+    found = change[best] + np.clip(vertex, -1.0, 1.0) * (change[1] - change[0])
+    out = pitch.copy()
+    out[rolls] += (rolling**2 * (3 - 2 * rolling))[rolls] * found
+    return out
+
+
+def _flatten(angle: NDArray[np.float64], settings: FootholdSettings) -> NDArray[np.float64]:
+    return np.asarray(angle**3 / (angle**2 + settings.flattening**2))
