@@ -17,13 +17,14 @@ from simprep.character import SIDES
 from simprep.humanoid import humanoid
 from simprep.library.entry import FPS, Entry
 from simprep.library.parts.feet import FootPath, Stance
-from simprep.library.parts.limbs import SIGNS, arm_angles, leg_angles, leg_joints, limb_lengths
+from simprep.library.parts.limbs import SIGNS, arm_angles, limb_lengths
 from simprep.library.parts.movement import degrees_curve
 from simprep.library.parts.posture import RELAXED, Pose, key_poses
 from simprep.library.parts.whole_body import check_limits
 from simprep.library.stand import CENTRE_M
 from simprep.motion.curves import key_curve, minimum_jerk
 from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.limb_ik import legs, solve_leg
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import axis_rotation
 
@@ -230,9 +231,8 @@ def _place_limbs(qpos: NDArray[np.float64], ends: _Ends) -> None:
     kinematics, chest = forward_kinematics(qpos, character), character.segment("thorax")
     thorax = kinematics.xpos[:, chest]
     turned = Rotation.from_quat(kinematics.xquat[:, chest], scalar_first=True)
-    legs = 7 + leg_joints(character)
-    for number, side in enumerate(SIDES):
-        qpos[:, legs[number]] = leg_angles(side, qpos[:, :3], ends.root, ends.ankle[:, number], ends.foot[:, number])
+    for number, (side, leg) in enumerate(zip(SIDES, legs(character))):
+        qpos[:, 7 + leg.hinges] = solve_leg(leg, qpos[:, :3], ends.root, ends.ankle[:, number], ends.foot[:, number])
         fist = turned.inv().apply(ends.fist[:, number] - thorax)
         pole = np.tile([0.2, 0.4 * SIGNS[side], -1.0], (len(qpos), 1))
         reach = np.unwrap(arm_angles(side, fist, pole), axis=0)

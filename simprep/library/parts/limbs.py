@@ -1,9 +1,4 @@
-"""Closed-form inverse kinematics of legs and arms, over all frames at once.
-
-The leg has six hinges (hip 3, knee, ankle 2), so pelvis and foot pose determine them exactly (Kajita et al. 2014,
-Introduction to Humanoid Robotics, section 2.5.2, for this model's axis order). No iteration means no dependence on the
-frame before: the result is as smooth as the targets, and a stance foot is still to rounding.
-"""
+"""Lengths of the limbs, and arms in closed form over all frames at once (legs: `simprep.motion.limb_ik`)."""
 
 from dataclasses import dataclass
 from functools import lru_cache
@@ -15,7 +10,6 @@ from numpy.typing import NDArray
 from simprep.character import SIDES, Character
 from simprep.humanoid import humanoid
 from simprep.motion.limb_ik import ball_joint_angles, two_bar_bend
-from simprep.motion.rotations import axis_rotation
 
 SIGNS = {"left": 1.0, "right": -1.0}
 """Abduction, rotation, inversion and pronation turn the other way on the right."""
@@ -92,44 +86,6 @@ def leg_joints(character: Character = humanoid()) -> NDArray[np.intp]:
         (2, N); our humanoid's N is 6: hip flexion, abduction, rotation, knee flexion, ankle dorsiflexion, inversion.
     """
     return np.array([character.joint_indices(character.groups[f"{side}_leg"]) for side in SIDES], dtype=np.intp)
-
-
-def leg_angles(
-    side: str,
-    pelvis_position: NDArray[np.float64],
-    pelvis_rotation: NDArray[np.float64],
-    foot_position: NDArray[np.float64],
-    foot_rotation: NDArray[np.float64],
-    character: Character = humanoid(),
-) -> NDArray[np.float64]:
-    """Leg hinges that put the foot where it should be; a leg that is too short stays straight and points at it.
-
-    Args:
-        side: `left` or `right`.
-        pelvis_position: (T, 3) pelvis origin, world [m].
-        pelvis_rotation: (T, 3, 3).
-        foot_position: (T, 3) ankle centre, world [m].
-        foot_rotation: (T, 3, 3).
-        character: the body.
-
-    Returns:
-        (T, 6) in the order of `leg_joints` [rad].
-    """
-    lengths, sign = limb_lengths(character), SIGNS[side]
-    hip = pelvis_position + pelvis_rotation @ lengths.hip[SIDES.index(side)]
-    to_hip = np.einsum("tji,tj->ti", foot_rotation, hip - foot_position)  # foot frame
-    knee = two_bar_bend(np.linalg.norm(to_hip, axis=-1), lengths.thigh, lengths.shank)
-    above_sole = np.where(
-        to_hip[:, 2] < 0, -1.0, 1.0
-    )  # keeps the inversion within 90 deg with the heel at the buttocks
-    inversion = -sign * np.arctan2(above_sole * to_hip[:, 1], above_sole * to_hip[:, 2])
-    lean = np.arctan2(to_hip[:, 0], above_sole * np.hypot(to_hip[:, 1], to_hip[:, 2]))
-    behind, above = -lengths.thigh * np.sin(knee), lengths.shank + lengths.thigh * np.cos(knee)
-    dorsiflexion = lean - np.arctan2(behind, above)
-    dorsiflexion = np.arctan2(np.sin(dorsiflexion), np.cos(dorsiflexion))
-    thigh = foot_rotation @ axis_rotation("x", sign * inversion) @ axis_rotation("y", dorsiflexion - knee)
-    ball = ball_joint_angles(np.swapaxes(pelvis_rotation, -1, -2) @ thigh) * [-1.0, sign, -sign]
-    return np.concatenate([ball, np.stack([knee, dorsiflexion, inversion], axis=-1)], axis=-1)
 
 
 def arm_angles(

@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from simprep.character import SIDES, Character
+from simprep.character import Character
 from simprep.errors import MotionError
 from simprep.humanoid import humanoid
 from simprep.library.parts.balance import cart_table_zmp, com_from_zmp, ground_reaction, later_period
-from simprep.library.parts.limbs import leg_angles, leg_joints, limb_lengths
 from simprep.motion.kinematics import Kinematics, forward_kinematics
+from simprep.motion.limb_ik import legs, solve_leg
 from simprep.motion.rotations import multiply_quat
 from simprep.motion.turns import about_vertical
 
@@ -142,20 +142,18 @@ def follow_com(
 
 
 def _place_legs(plan: Plan, qpos: NDArray[np.float64]) -> None:
-    hips, columns = limb_lengths(plan.character).hip, 7 + leg_joints(plan.character)
-    for number, side in enumerate(SIDES):
+    for number, leg in enumerate(legs(plan.character)):
+        columns = 7 + leg.hinges
         foot = plan.foot_position[:, number]
         if plan.hip_relative is not None:
             weight = plan.hip_relative.weight[:, number, None]
-            hip = qpos[:, :3] + plan.root_rotation @ hips[number]
+            hip = qpos[:, :3] + plan.root_rotation @ leg.hip
             foot = (1 - weight) * foot + weight * (hip + plan.hip_relative.offset[:, number])
-        qpos[:, columns[number]] = leg_angles(
-            side, qpos[:, :3], plan.root_rotation, foot, plan.foot_rotation[:, number], plan.character
-        )
+        qpos[:, columns] = solve_leg(leg, qpos[:, :3], plan.root_rotation, foot, plan.foot_rotation[:, number])
         if plan.joint_swing is not None:
             weight = plan.joint_swing.weight[:, number, None]
-            qpos[:, columns[number]] *= 1 - weight
-            qpos[:, columns[number]] += weight * plan.joint_swing.angles[:, number]
+            qpos[:, columns] *= 1 - weight
+            qpos[:, columns] += weight * plan.joint_swing.angles[:, number]
 
 
 def _limb_zmp(plan: Plan, kinematics: Kinematics) -> NDArray[np.float64]:
