@@ -147,16 +147,16 @@ def limb_path(limb: Limb, upper: Array, lower: Array, fps: float) -> Array:
     """
     wanted = np.concatenate([upper, lower], axis=-1)
     chosen = _best_path(limb, candidates(limb, wanted), wanted, fps)
-    jump = np.abs(np.diff(chosen, axis=0))[:, [0, 1, 3]].max(axis=1)
-    stride = int(np.ceil(TURNING_FPS / fps - 1e-3))
-    if stride > 1 and (jump > LEAST_JUMP).any():
-        return limb_path(limb, _between(upper, stride), _between(lower, stride), stride * fps)[::stride]
     links = np.ones(max(len(chosen) - 1, 0))
     fitted = smooth_path(limb, chosen, wanted, fps, links)
+    stride = int(np.ceil(TURNING_FPS / fps - 1e-3))
+    if stride > 1 and (np.abs(np.diff(fitted, axis=0))[:, [0, 1, 3]] > LEAST_JUMP).any():
+        return limb_path(limb, _between(upper, stride), _between(lower, stride), stride * fps)[::stride]
     costly: NDArray[np.bool_] = np.greater(
         worst_angle(limb, fitted, wanted), worst_angle(limb, chosen, wanted) + LEAST_WORTH
     )
     if len(chosen) > 1 and costly.any():
+        jump = np.abs(np.diff(chosen, axis=0))[:, [0, 1, 3]].max(axis=1)
         near = maximum_filter1d(costly, 2 * round(0.1 * fps) + 1)
         links[(jump > LEAST_JUMP) & (near[1:] | near[:-1])] = 0.0
         fitted = smooth_path(limb, chosen, wanted, fps, links)
