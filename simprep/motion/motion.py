@@ -168,6 +168,6 @@ def differentiate(qpos: NDArray[np.float64], fps: float, character: Character = 
         before, after = max(frame - 1, 0), min(frame + 1, n - 1)
         if after > before:
             mujoco.mj_differentiatePos(model, qvel[frame], (after - before) / fps, qpos[before], qpos[after])
-    # mj_differentiatePos gives the rotation in the frame of the earlier pose. Over so short a step its axis hardly moves,
-    # so the components are the same in the frame of `frame`.
+    # mj_differentiatePos gives the rotation in the frame of the earlier pose. A rotation about a fixed axis has the
+    # same components in the frame of `frame`, and over so short a step the axis is fixed.
     return qvel
