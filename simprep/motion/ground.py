@@ -23,7 +23,7 @@ ARMS_AND_KNEES = tuple(
     ROLES.index(name) for name in ROLES if name.endswith(("hand", "forearm", "shank")) or name in ("pelvis", "head")
 )
 LIMB_RADIUS = 0.045
-"""Distance from the joints of the limbs to their skin, for finding the floor [m]."""
+"""Radius of the limbs where they touch the floor, for finding it [m]."""
 UNEVEN = 0.08
 """Footholds whose heights vary by more than this are not on one level floor [m]."""
 STRETCH = 0.9998

@@ -35,7 +35,7 @@ TURNING_FPS = 120.0
 FAR = 0.3
 """A branch farther than this outside the limits is not searched if the other one is exact [rad]."""
 EXACT = 2e-3
-"""Direction errors below this are none [rad]."""
+"""Smaller errors of direction count as none [rad]."""
 SETTLED = 1e-3
 """A fit that moves no hinge by more than this has settled [rad]."""
 

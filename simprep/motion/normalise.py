@@ -318,7 +318,7 @@ def _between(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Positions (N, J, 3) and orientations (N, J, 3, 3) at fractions `at` (N,) of frames.
 
-    Orientations are spherical, bones turn with their joints. Unused joints stay as in the frame before.
+    Orientations are interpolated spherically, bones turn with their joints. Unused joints stay as in the frame before.
     """
     low = np.minimum(at.astype(int), max(len(positions) - 2, 0))
     out, turned = positions[low], rotations[low]

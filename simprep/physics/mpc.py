@@ -47,8 +47,7 @@ class MpcSettings:
         scales: the samples are split among these multiples of the noise.
         weights: cost weights.
         torque_share: share of the reference's inverse-dynamics torques that the servo targets lead by.
-        common_elites: judge the samples of several bodies by the sum of their costs, instead of each body's part by its
-            own.
+        common_elites: judge samples of several bodies by the sum of their costs, not each body's part by its own.
         threads: simulation threads; 0 for all cores. Does not change the result.
 
     Raises:

@@ -39,7 +39,7 @@ class Planner:
     fused: tuple[int, ...]
 
     def fused_orientations(self, data: mujoco.MjData) -> Iterator[tuple[int, NDArray[np.float64]]]:
-        """Each fixed segment's model id and orientation (4,) wxyz in its parent's frame, in the world's state `data`."""
+        """Model id of each fixed segment, and its orientation (4,) wxyz in its parent's frame in the world's state."""
         inverse, relative = np.zeros(4), np.zeros(4)
         for segment in self.fused:
             mujoco.mju_negQuat(inverse, data.xquat[self.model.body_parentid[segment]])
