@@ -1,4 +1,4 @@
-"""Files of ours with arrays: one .npz with a JSON header that names its schema, written whole, checked when read."""
+"""simprep's files with arrays: one .npz with a JSON header that names its schema. Written whole, checked when read."""
 
 import json
 import lzma
@@ -21,11 +21,11 @@ from simprep.errors import MotionFileError, SimprepError
 from simprep.files import atomic_path, find_file
 
 MAX_BYTES = 300_000_000
-"""Largest content read where nothing else is said [bytes, unpacked]: a motion of about 14 hours at 30 frames/s."""
+"""Largest content read by default [bytes, unpacked]: a motion of about 14 hours at 30 frames/s."""
 SMALL_BYTES = 30_000_000
-"""As much is unpacked of the smallest file [bytes]."""
+"""Content of this size is unpacked however small the file is [bytes]."""
 MAX_PACKING = 100
-"""Above that, content at most so many times larger than the file: recorded numbers pack by 2, ours by 20 at most."""
+"""Larger content is at most this many times the size of its file. Recorded numbers pack by 2, simprep's by up to 20."""
 MAX_HEADER_BYTES = 16_000_000
 UNREADABLE = (
     OSError, ValueError, LookupError, TypeError, AttributeError, EOFError, MemoryError, ArithmeticError, RuntimeError,
@@ -34,15 +34,12 @@ UNREADABLE = (
 
 
 def write_archive(path: str | Path, header: Mapping[str, Any], arrays: Mapping[str, ArrayLike]) -> Path:
-    """Write a header and arrays to .npz, atomically.
+    """Write a header and arrays to .npz, atomically; returns the path written.
 
     Args:
         path: the file; `.npz` is appended if missing.
         header: in JSON's types, with `schema`.
         arrays: by name; not `header`.
-
-    Returns:
-        The path written.
     """
     path = Path(path)
     if path.suffix != ".npz":
@@ -62,7 +59,7 @@ def open_archive(
     foreign: Callable[[Collection[str]], str | None] = lambda _: None,
     max_bytes: int = MAX_BYTES,
 ) -> Iterator[tuple[dict[str, Any], Any]]:
-    """Header and arrays of a file written by `write_archive`; whatever goes wrong inside the block names the file.
+    """Header and arrays (by name) of a file written by `write_archive`. An error inside the block names the file.
 
     Args:
         path: the file, or a folder with one such file.
@@ -72,12 +69,8 @@ def open_archive(
         foreign: what to say of a file without a header, by the names of its entries; None for nothing.
         max_bytes: largest content read [bytes, unpacked].
 
-    Yields:
-        the header, and the archive (a mapping of names to arrays).
-
     Raises:
-        MotionFileError: as `find_archive` and `open_arrays`; not a file of ours, another schema version, or refused in
-            the block.
+        MotionFileError: as `find_archive` and `open_arrays`; no file of simprep, or another schema version.
     """
     path = find_archive(path, what, schema)
     with open_arrays(path, what, max_bytes) as archive:
@@ -93,10 +86,10 @@ def open_archive(
 
 
 def find_archive(path: str | Path, what: str, schema: str, usual: str = "") -> Path:
-    """The file of ours that a person means who names it, or the folder that it is in.
+    """The file that a path means, which names a file or the folder that it is in.
 
     Args:
-        path: a file, which is returned as it is, there or not; or a folder with one file of that schema, of any version.
+        path: a file, returned as it is, there or not; or a folder with one file of that schema, of any version.
         what: what it should be, for the message: `duel model`.
         schema: the schema that will be read.
         usual: as for `find_file`.
@@ -109,11 +102,7 @@ def find_archive(path: str | Path, what: str, schema: str, usual: str = "") -> P
 
 
 def schema_of(path: Path) -> str | None:
-    """Schema of a file of ours; None for anything else.
-
-    Args:
-        path: an .npz file.
-    """
+    """Schema of an .npz file of simprep; None for anything else."""
     try:
         with open_arrays(path, "file of simprep", sys.maxsize) as archive:
             header = json.loads("".join(texts(archive["header"]))) if "header" in archive else None
@@ -124,18 +113,15 @@ def schema_of(path: Path) -> str | None:
 
 @contextmanager
 def open_arrays(path: str | Path, what: str, max_bytes: int = MAX_BYTES) -> Iterator[Any]:
-    """Arrays of any .npz, checked before memory is taken; whatever goes wrong inside the block names the file.
+    """Arrays (by name) of any .npz, checked before memory is taken. An error inside the block names the file.
 
     Args:
         path: the file.
         what: what it should be, for the message.
         max_bytes: largest content read [bytes, unpacked].
 
-    Yields:
-        the archive (a mapping of names to arrays).
-
     Raises:
-        MotionFileError: missing, too large, damaged, entries that declare more than they hold, or refused in the block.
+        MotionFileError: missing, too large, damaged, or entries that declare more than they hold.
     """
     path = Path(path)
     try:
@@ -154,7 +140,7 @@ def open_arrays(path: str | Path, what: str, max_bytes: int = MAX_BYTES) -> Iter
 
 
 def _check_members(path: Path, members: zipfile.ZipFile, max_bytes: int) -> None:
-    """Refuse what would take more memory than the file is worth: packed zeros, shapes that nothing stands behind."""
+    """Refuse content that takes far more memory than the file: packed zeros, shapes without data."""
     unpacked = sum(member.file_size for member in members.infolist())
     most = min(max_bytes, max(SMALL_BYTES, MAX_PACKING * path.stat().st_size))
     if unpacked > most:
@@ -176,13 +162,13 @@ def _check_members(path: Path, members: zipfile.ZipFile, max_bytes: int) -> None
 
 
 def _declared(stream: IO[bytes]) -> tuple[tuple[int, ...], int]:
-    """Shape and bytes of an item that a .npy file declares."""
+    """Shape of the array that a .npy file declares, and bytes of one item."""
     read = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
     version = np.lib.format.read_magic(stream)
     if version not in read:
         raise ValueError(f"npy format {version}")
     with warnings.catch_warnings():
-        warnings.simplefilter("error")  # of headers that Python 2 wrote, as numpy says, or somebody damaged
+        warnings.simplefilter("error")  # numpy warns of headers that Python 2 wrote or that are damaged
         try:
             shape, _, dtype = read[version](stream)
         except Warning as warning:
@@ -191,13 +177,10 @@ def _declared(stream: IO[bytes]) -> tuple[tuple[int, ...], int]:
 
 
 def texts(array: NDArray[Any]) -> tuple[str, ...]:
-    """Strings of an array of a file.
-
-    Args:
-        array: (N,) or () of text.
+    """Strings of an array (N,) or () of a file.
 
     Raises:
-        ValueError: numbers, or characters that do not exist, on which Python's own string functions fail.
+        ValueError: numbers, or invalid characters, on which Python's own string functions fail.
     """
     if array.dtype.kind != "U":
         raise ValueError(f"{array.dtype} where text is expected")

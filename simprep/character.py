@@ -1,7 +1,7 @@
-"""A body as a value: its model, the names of its parts, their groups and roles. Functions take all of it from here.
+"""A body as a value: its model, the names of its parts, their groups and roles.
 
-What is so described has a free root, legs with feet, and hinges moved by position servos. A *segment* is a MuJoCo body of
-it; its frame's origin is the joint that moves it.
+A body has a free root, legs with feet, and hinges moved by position servos. A *segment* is one of its MuJoCo bodies;
+the origin of its frame is the joint that moves it.
 """
 
 import hashlib
@@ -23,7 +23,7 @@ ROLES = (
     *(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand")),
     *(f"{side}_{part}" for side in SIDES for part in ("thigh", "shank", "foot")),
 )  # fmt: skip
-"""What a segment can be to a function; a character needs the legs' and the pelvis, and may lack others."""
+"""Roles that a segment can play. A character needs the pelvis and the legs; it may lack others."""
 _PARENT_ROLE = {
     "abdomen": "pelvis", "thorax": "abdomen", "neck": "thorax", "head": "neck", "upper_arm": "thorax",
     "forearm": "SIDE_upper_arm", "hand": "SIDE_forearm", "thigh": "pelvis", "shank": "SIDE_thigh", "foot": "SIDE_shank",
@@ -42,23 +42,21 @@ IntArray = NDArray[np.intp]
 
 @dataclass(frozen=True, eq=False)
 class Character:
-    """Everything that a function needs to know of a body.
-
-    Two characters are equal if their names and digests are.
+    """Everything that a function needs to know of a body. Characters with the same name and digest are equal.
 
     Attributes:
         name: of the kind of body, as files state it.
-        build: makes an editable model of the body alone, without a floor; a module-level function, so that it can be
+        build: makes an editable model of the body alone, without a floor; a module-level function, so it can be
             pickled.
-        roles: which segment plays which role (see `ROLES`), by role.
-        soles: names of the spheres under the left and the right foot, whose lowest points bear; as many of each.
+        roles: the segment of each role (see `ROLES`).
+        soles: names of the spheres under the left and the right foot, equally many; their lowest points bear load.
         upper: joints of the upper body, lower: of the lower body; together all, each in model order.
-        groups: further named groups of joints. Those of limbs have a fixed order: `left_leg` hip flexion, abduction and
-            rotation, knee, ankle dorsiflexion and inversion; `left_arm` shoulder flexion, abduction and rotation, elbow,
-            forearm pronation, wrist flexion and deviation, as far as there are some.
-        anatomy: which joint does an anatomical movement, such as `lumbar_flexion`, where its own name is another one.
-        mirror: the joint on the other side and the sign with which its angle mirrors in the sagittal plane, by joint.
-        balancing: joints that the paper's posture optimisation may move.
+        groups: further named groups of joints. Limbs have a fixed order: `left_leg` hip flexion, abduction and
+            rotation, knee, ankle dorsiflexion and inversion; `left_arm` shoulder flexion, abduction and rotation,
+            elbow, forearm pronation, wrist flexion and deviation, as far as the body has them.
+        anatomy: the joint of each anatomical movement, such as `lumbar_flexion`, where the joint has another name.
+        mirror: by joint, the joint on the other side and the sign with which its angle mirrors in the sagittal plane.
+        balancing: joints that posture optimisation (2013 paper) may move.
         fused: joints that a planner may leave out, and fused_segments: the segments they would move.
         height_m: stature [m], mass_kg: mass [kg], as far as they apply.
 
@@ -118,7 +116,7 @@ class Character:
 
     @cached_property
     def model(self) -> mujoco.MjModel:
-        """The body alone, compiled, for kinematics; shared, so do not write to it."""
+        """The compiled model of the body alone, for kinematics. It is shared: do not write to it."""
         return self.build().compile()
 
     @cached_property
@@ -176,10 +174,7 @@ class Character:
         return {name: index for index, name in enumerate(self.segments)}
 
     def joint(self, name: str) -> int:
-        """Index of a joint in `joints`; qpos index is 7 more, qvel index 6 more.
-
-        Args:
-            name: of the joint.
+        """Index of a joint in `joints`; its qpos index is 7 more, its qvel index 6 more.
 
         Raises:
             UnknownNameError: no such joint.
@@ -189,26 +184,15 @@ class Character:
         return self._joint_index[name]
 
     def anatomical(self, movement: str) -> int | None:
-        """Index of the joint that does an anatomical movement; None if none does.
-
-        Args:
-            movement: such as `lumbar_flexion`.
-        """
+        """Index of the joint of an anatomical movement, such as `lumbar_flexion`; None if there is none."""
         return self._joint_index.get(self.anatomy.get(movement, movement))
 
     def movement(self, joint: str) -> str:
-        """The anatomical movement that a joint does; its own name if nothing else is known.
-
-        Args:
-            joint: its name.
-        """
+        """Anatomical movement of a joint; the joint's own name if none is known."""
         return next((movement for movement, name in self.anatomy.items() if name == joint), joint)
 
     def joint_indices(self, names: Sequence[str]) -> IntArray:
-        """Indices of several joints in `joints`.
-
-        Args:
-            names: of the joints.
+        """Indices of several joints in `joints` (N,).
 
         Raises:
             UnknownNameError: no such joint.
@@ -216,18 +200,11 @@ class Character:
         return np.array([self.joint(name) for name in names], dtype=np.intp)
 
     def has(self, role: str) -> bool:
-        """Whether some segment plays a role.
-
-        Args:
-            role: one of `ROLES`.
-        """
+        """Whether a segment plays a role of `ROLES`."""
         return role in self.roles
 
     def segment(self, role: str) -> int:
-        """Index in `segments` of the segment that plays a role; its model body id is 1 more.
-
-        Args:
-            role: one of `ROLES`.
+        """Index in `segments` of the segment that plays a role of `ROLES`; its model body id is 1 more.
 
         Raises:
             SettingError: the character lacks it.
@@ -239,11 +216,11 @@ class Character:
         return self._segment_index[self.roles[role]]
 
     def rest_offset(self, role: str) -> NDArray[np.float64]:
-        """From the origin of the segment that a role hangs on to its own, in the reference pose (3,) [m].
+        """Vector from the parent role's segment to a role's, from origin to origin, in the reference pose (3,) [m].
 
         Args:
-            role: one of `ROLES`; the pelvis' is its place in the world. What hangs on a role that the character lacks
-                hangs on the one before.
+            role: one of `ROLES`. The pelvis has its place in the world; a role whose parent is lacking hangs on the one
+                before.
 
         Raises:
             SettingError: the character lacks it.
@@ -268,7 +245,7 @@ class Character:
 
     @cached_property
     def parts(self) -> tuple[str, ...]:
-        """Part of the body of each segment: its role, or that of the nearest segment towards the root; else `pelvis`."""
+        """Part of the body of each segment: its role, else that of the next segment towards the root, else `pelvis`."""
         role_of = {name: role for role, name in self.roles.items()}
         found: list[str] = []
         for index, name in enumerate(self.segments):  # a parent comes before its children
@@ -278,7 +255,7 @@ class Character:
 
     @cached_property
     def mirror_segments(self) -> IntArray:
-        """Segment on the other side (segments,), as `mirror` exchanges their joints; itself without joints."""
+        """Segment on the other side (segments,), as `mirror` exchanges their joints; itself if it has no joints."""
         found = np.arange(len(self.segments), dtype=np.intp)
         for joint, other in enumerate(self.mirror_map[0]):
             found[self.model.jnt_bodyid[joint + 1] - 1] = self.model.jnt_bodyid[other + 1] - 1
@@ -286,9 +263,6 @@ class Character:
 
     def group(self, name: str) -> tuple[str, ...]:
         """Joints of a group.
-
-        Args:
-            name: of the group.
 
         Raises:
             UnknownNameError: no such group.
@@ -299,12 +273,12 @@ class Character:
 
     @cached_property
     def upper_joints(self) -> IntArray:
-        """Indices of the joints of the upper body."""
+        """Indices of the upper body's joints."""
         return self.joint_indices(self.upper)
 
     @cached_property
     def lower_joints(self) -> IntArray:
-        """Indices of the joints of the lower body."""
+        """Indices of the lower body's joints."""
         return self.joint_indices(self.lower)
 
     @cached_property

@@ -1,4 +1,4 @@
-"""The characters known by name, and how files say which one they are about."""
+"""The characters known by name, and how files state their character."""
 
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -12,19 +12,16 @@ CHARACTERS: dict[str, Callable[[float, float], Character]] = {
     MODEL_NAME: humanoid,
     ROBOT_NAME: lambda height_m, mass_kg: primitive_robot(),
 }
-"""Makers by name; each takes stature [m] and mass [kg], which those of one size leave alone."""
+"""Makers by name. They take stature [m] and mass [kg]; a character of one size ignores both."""
 VERSIONS = {MODEL_NAME: MODEL_VERSION, ROBOT_NAME: ROBOT_VERSION}
-"""Version of each one's poses: another one when joints change their order or meaning."""
+"""Version of each one's poses; it changes when joints change their order or meaning."""
 
 
 def character_of_name(name: str) -> Character:
-    """A character by its name, in its usual size.
-
-    Args:
-        name: with or without `simprep_` before it.
+    """A character of usual size by its name, with or without `simprep_` before it.
 
     Raises:
-        UnknownNameError: none is called so.
+        UnknownNameError: no such character.
     """
     for known, make in CHARACTERS.items():
         if name in (known, known.removeprefix("simprep_")):
@@ -33,11 +30,7 @@ def character_of_name(name: str) -> Character:
 
 
 def character_header(character: Character) -> dict[str, Any]:
-    """What a file says of the character whose poses it holds.
-
-    Args:
-        character: the body.
-    """
+    """What a file states of the character whose poses it holds."""
     return {
         "model": character.name,
         "model_version": VERSIONS[character.name],
@@ -49,15 +42,12 @@ def character_header(character: Character) -> dict[str, Any]:
 
 
 def character_of_header(header: Mapping[str, Any]) -> Character:
-    """The character that a file is about; files of before name none, or no digest, and mean the humanoid.
+    """The character of a file's header. Old files state no character or no digest; they hold poses of the humanoid.
 
-    The digest tells whether the model has changed since; poses stay readable as long as the joints are the same.
-
-    Args:
-        header: of a file.
+    The digest tells whether the model has changed since. Poses stay readable as long as the joints are the same.
 
     Raises:
-        MotionError: a character that is not known here, or one with other joints.
+        MotionError: an unknown character, or one with other joints.
     """
     name = header.get("model", MODEL_NAME)
     if name not in CHARACTERS:

@@ -1,4 +1,4 @@
-"""Errors that simprep raises on purpose: one base class, messages that say what was given and what is valid."""
+"""Errors that simprep raises on purpose. Messages say what was given and what is valid."""
 
 from collections.abc import Iterable
 

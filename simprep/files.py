@@ -1,4 +1,4 @@
-"""Files and folders: what a person means by a folder, and writing whole or not at all."""
+"""Files and folders: which file a folder means, and writing whole or not at all."""
 
 import contextlib
 import os
@@ -9,12 +9,12 @@ from pathlib import Path
 from simprep.errors import MotionFileError
 
 SHOWN = 6
-"""As many files of a folder are named in an error."""
+"""Number of files of a folder that an error names."""
 
 
 @contextlib.contextmanager
 def atomic_path(path: str | Path) -> Iterator[Path]:
-    """A temporary file beside `path` that replaces it when the block ends without an error, and goes if it does not.
+    """A temporary file beside `path`. It replaces `path` if the block ends without an error, else it is deleted.
 
     Args:
         path: the file; its folder is made.
@@ -39,14 +39,14 @@ def atomic_path(path: str | Path) -> Iterator[Path]:
 def find_file(
     path: str | Path, what: str, suffix: str, fits: Callable[[Path], bool] = lambda _: True, usual: str = ""
 ) -> Path:
-    """The file that a person means who names it, or the folder that it is in.
+    """The file that a path means, which names a file or the folder that it is in.
 
     Args:
-        path: a file, which is returned as it is, there or not; or a folder.
+        path: a file, returned as it is, there or not; or a folder.
         what: what the file should be, for the message: `duel model`.
         suffix: how the file's name ends: `.npz`.
-        fits: whether a file of a folder with that suffix is one.
-        usual: name that the file has where we wrote it; in a folder with such a file it is taken, whatever else is there.
+        fits: whether a file with that suffix is such a file.
+        usual: name that simprep gives the file; in a folder, a file of this name is preferred to all others.
 
     Raises:
         MotionFileError: a folder without such a file, with several, or one that cannot be read.

@@ -1,9 +1,8 @@
-"""Our own body as a character: names, groups, mirror map, scaled models.
+"""Simprep's humanoid as a character: names, groups, mirror map, scaled models.
 
-The model itself, with the sources of its numbers, is `mjcf/humanoid.xml` (1.75 m, 75 kg). Other statures and masses
-are scaled copies: lengths with height, masses with mass, radii with the square root of mass per height, inertias with
-mass times height squared (de Leva's percentages hold exactly), torque limits with mass times height (Anderson et al. 2007
-normalise by m g h), gains and armature with mass times height squared.
+The model is `mjcf/humanoid.xml` (1.75 m, 75 kg), with the sources of its numbers. Other sizes are scaled copies:
+lengths with height h, radii with sqrt(mass m / h), inertias with m h^2 (so de Leva's percentages hold), torque limits
+with m h (Anderson et al. 2007 normalise by m g h), gains, damping and armature with m h^2.
 """
 
 from functools import lru_cache, partial
@@ -28,7 +27,7 @@ BODIES = (
     "left_upper_arm", "left_forearm", "left_hand", "right_upper_arm", "right_forearm", "right_hand",
     "left_thigh", "left_shank", "left_foot", "right_thigh", "right_shank", "right_foot",
 )  # fmt: skip
-"""The 17 segments in model order, called by their roles; each one's frame origin is the joint of that name."""
+"""The 17 segments in model order, called by their roles. The origin of each frame is the joint of that name."""
 
 TRUNK_JOINTS = (
     "lumbar_flexion", "lumbar_bending", "lumbar_rotation", "thorax_flexion", "thorax_bending", "thorax_rotation",
@@ -59,7 +58,6 @@ _MIRROR_NEGATED = tuple(name for name in TRUNK_JOINTS if name.endswith(("bending
 
 
 def _mirror() -> dict[str, tuple[str, float]]:
-    """Trunk bending and rotation change sign, limbs change sides."""
     swap = {"left": "right", "right": "left"}
     out = {}
     for name in HINGES:
@@ -70,7 +68,7 @@ def _mirror() -> dict[str, tuple[str, float]]:
 
 @lru_cache(maxsize=64)
 def humanoid(height_m: float = DEFAULT_HEIGHT_M, mass_kg: float = DEFAULT_MASS_KG) -> Character:
-    """Our humanoid: 17 segments and 37 hinges, masses after de Leva (1996).
+    """Simprep's humanoid: 17 segments and 37 hinges, masses after de Leva (1996).
 
     Args:
         height_m: stature, 1.2 to 2.2 m.
@@ -105,7 +103,7 @@ def humanoid(height_m: float = DEFAULT_HEIGHT_M, mass_kg: float = DEFAULT_MASS_K
 
 
 def humanoid_of_leg(leg_m: float) -> Character:
-    """The humanoid whose thigh plus shank has a given length; its mass goes with the square of stature (equal BMI).
+    """The humanoid whose thigh plus shank has a given length; its mass grows with the square of stature (equal BMI).
 
     Args:
         leg_m: hip to ankle joint along the bones [m].
@@ -120,7 +118,7 @@ def humanoid_of_leg(leg_m: float) -> Character:
 
 
 def mjcf_folder() -> Path:
-    """Folder with the model files: inside the installed package, or beside it in a source checkout."""
+    """Folder of the model files: inside the installed package, or beside it in a source checkout."""
     package = Path(__file__).resolve().parent
     installed = package / "mjcf"
     return installed if installed.is_dir() else package.parent / "mjcf"

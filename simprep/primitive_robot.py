@@ -1,7 +1,7 @@
-"""A robot of primitive shapes as a character: a body that is not ours, with other joints in another order.
+"""A robot of primitive shapes as a character, with other joints than the humanoid, in another order.
 
-The model is `mjcf/primitive_robot.xml`: 29 hinges, 1.26 m, 35 kg. It has no abdomen, neck or head of its own, and one waist.
-Robots of your own are made in the same way; see CONTRIBUTING, "How to add a character".
+The model is `mjcf/primitive_robot.xml`: 29 hinges, 1.26 m, 35 kg, one waist; no abdomen, neck or head. CONTRIBUTING,
+"How to add a character", tells how to add your own.
 """
 
 from functools import lru_cache
@@ -41,7 +41,7 @@ def primitive_robot() -> Character:
     lower = groups["left_leg"] + groups["right_leg"]
     upper = trunk + groups["left_arm"] + groups["right_arm"]
     parts = ("upper_arm", "forearm", "hand", "thigh", "shank", "foot")
-    turned = ("roll", "yaw")  # about x and z: mirrored, they change their sign
+    turned = ("roll", "yaw")  # mirrored, rotations about x and z change their sign
     mirror = {name: (name, -1.0 if name.endswith(turned) else 1.0) for name in trunk}
     for side in SIDES:
         for name in (*_LEG.values(), *_ARM.values()):

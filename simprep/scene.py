@@ -1,4 +1,4 @@
-"""Scenes: a floor, any number of bodies, obstacles and pads, built with `mujoco.MjSpec`."""
+"""Scenes: a floor, any number of bodies, obstacles and pads."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,13 +11,12 @@ from simprep.errors import SettingError
 from simprep.humanoid import humanoid
 
 DEFAULT_TIMESTEP_S = 1.0 / 480.0
-"""Halving it moves the medians of paired runs by under 5 % (`scripts/timestep_study.py`); at 1/240 s mechanical work
-and COM distances still move by a fifth."""
+"""Half of it moves the medians of paired runs by under 5 % (`scripts/timestep_study.py`), twice by up to a fifth."""
 FLOOR_BIT = 1
 OBJECT_BIT = 2**10
 _BODY_BITS = 9  # the collision bits between floor and objects
 BODY_LIMIT = 2**_BODY_BITS - 1
-"""Most bodies in a scene: each has a code of its own, other than 0, in the 9 collision bits that bodies share."""
+"""Most bodies in a scene: each has its own nonzero code in the collision bits that bodies share."""
 
 
 @dataclass(frozen=True)
@@ -27,9 +26,9 @@ class Obstacle:
     Attributes:
         name: geom name.
         position: (x, y, z) of its centre, world [m].
-        half_size: half edge lengths, of a ball its radius three times [m].
+        half_size: half edge lengths; the radius of a ball three times [m].
         soft: a striking pad: compliant contact (about 50 kN/m at 5 kg) instead of a hard surface.
-        ball: round instead of a box.
+        ball: a ball instead of a box.
     """
 
     name: str
@@ -44,8 +43,8 @@ class SceneSettings:
     """What the simulated world holds.
 
     Attributes:
-        bodies: who is in it, 1 to `BODY_LIMIT`; the names of their parts begin with `body_prefix`.
-        obstacles: fixed boxes and pads.
+        bodies: 1 to `BODY_LIMIT` characters; the names of their parts begin with `body_prefix`.
+        obstacles: fixed boxes, balls and pads.
         timestep: simulation step [s].
         friction: sliding friction coefficient of the floor.
     """
@@ -57,7 +56,7 @@ class SceneSettings:
 
 
 def body_prefix(number: int, count: int) -> str:
-    """What the names of a body's parts begin with: nothing where it is alone, else `a_`, `b_` ... `z_`, `aa_`, `ab_` ...
+    """Prefix of the names of a body's parts: empty for a single body, else `a_`, `b_` ... `z_`, `aa_`, `ab_` ...
 
     Args:
         number: which body, from 0.
@@ -74,11 +73,10 @@ def body_prefix(number: int, count: int) -> str:
 
 
 def collision_bits(number: int, count: int) -> tuple[int, int]:
-    """MuJoCo's `contype` and `conaffinity` of a body's geoms: it meets floor, objects and every other body, never itself.
+    """MuJoCo's `contype` and `conaffinity` of a body's geoms: they meet floor, objects and other bodies only.
 
-    A body's type is its number, counted from 1, as a binary code; its affinity is the complement of it. A code has a
-    bit in the complement of any other code, or the other way round, and none in its own: so a few bits tell many
-    bodies apart.
+    A body's type is its number from 1 as a binary code, its affinity the code's complement. Two different codes differ
+    in a bit, so one meets the other's complement; no code meets its own.
 
     Args:
         number: which body, from 0.
@@ -93,23 +91,17 @@ def _code_mask(count: int) -> int:
 
 
 def build_scene(settings: SceneSettings | None = None) -> mujoco.MjModel:
-    """Compile a scene (see `scene_spec`).
-
-    Args:
-        settings: bodies, obstacles, timestep, friction.
-    """
+    """Compile a scene; arguments and errors as for `scene_spec`."""
     return scene_spec(settings).compile()
 
 
 def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
-    """Editable scene.
+    """Editable scene. Bodies collide with the floor, the objects and each other.
+
+    Segments of one body collide only in the pairs listed in its model file.
 
     Args:
         settings: bodies, obstacles, timestep, friction.
-
-    Returns:
-        The scene. Bodies collide with the floor, the objects and each other, never with their own neighbouring
-        segments (own limbs and trunk: through the pairs listed in the model file).
 
     Raises:
         SettingError: no body or more than `BODY_LIMIT`, or a timestep outside (0, 0.02] s.
@@ -136,7 +128,7 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
     )  # fmt: skip
     floor = spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, size=[0, 0, 0.5])
     floor.material = "floor"
-    # two bits at least: a body that is alone has the one that the model file gives it
+    # two bits at least: the model file of a single body has one
     any_body = _code_mask(max(count, 2)) << 1
     floor.contype, floor.conaffinity = FLOOR_BIT, any_body
     floor.friction = [settings.friction, 0.005, 0.0001]
@@ -147,12 +139,12 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
 
 
 def _bodies_spec(bodies: Sequence[Character]) -> mujoco.MjSpec:
-    """Several bodies in one world, each with its prefix and its collision bits."""
+    """Several bodies in one world, each with its prefix and collision bits."""
     first = bodies[0].build()
     spec = mujoco.MjSpec()
     spec.option = first.option
-    # MuJoCo 4.0.0's Newton solver with sparse Jacobians, its choice for so many velocities, fails to converge in some
-    # steps with several contacts between two bodies: tens of kN out of nothing. Dense ones cost the same there.
+    # the sparse Jacobian that MuJoCo 4.0.0 chooses for so many velocities makes its Newton solver diverge in some steps
+    # with several contacts between two bodies (forces of tens of kN); a dense one costs the same here
     spec.option.jacobian = mujoco.mjtJacobian.mjJAC_DENSE
     spec.visual.headlight.ambient = first.visual.headlight.ambient
     spec.visual.headlight.diffuse = first.visual.headlight.diffuse
@@ -160,7 +152,7 @@ def _bodies_spec(bodies: Sequence[Character]) -> mujoco.MjSpec:
     spec.visual.global_.offwidth = first.visual.global_.offwidth
     spec.visual.global_.offheight = first.visual.global_.offheight
     spec.compiler.degree = first.compiler.degree
-    # floor and obstacles are as hard as beside one body, whose file sets the default
+    # floor and obstacles are as hard as beside a single body, whose file sets the default
     for name in ("condim", "solref", "solimp", "friction"):
         setattr(spec.default.geom, name, getattr(first.default.geom, name))
     for number, character in enumerate(bodies):

@@ -1,4 +1,4 @@
-"""Linear algebra on one thread, where matrices are so small that threads cost more than they bring."""
+"""Linear algebra on one thread: more threads slow small matrices down."""
 
 from collections.abc import Callable
 from functools import wraps
@@ -9,10 +9,7 @@ R = TypeVar("R")
 
 
 def one_thread(function: Callable[P, R]) -> Callable[P, R]:
-    """Run a function with BLAS and OpenMP on one thread.
-
-    Analysing a stream takes less than half as long so, and gives the same bits whatever the number of cores.
-    """
+    """Run a function with BLAS and OpenMP on one thread: faster for small matrices, the same bits at any core count."""
 
     @wraps(function)
     def limited(*args: P.args, **kwargs: P.kwargs) -> R:

@@ -1,1 +1,1 @@
-"""What a motion is: the Motion class, editing, contacts, files, retargeting."""
+"""Motions: the Motion class, editing, contacts, files, retargeting."""

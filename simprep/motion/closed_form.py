@@ -12,17 +12,15 @@ from simprep.motion.targets import Targets, frame_from, unit
 
 
 def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
-    """Poses near the targets in closed form, from which the iterations start; no frame starts from another.
+    """Poses (T, nq) near the targets, in closed form and within the limits; no frame starts from another.
 
-    Trunk: the rotation from pelvis to chest, the same to each spine joint; from chest to head, half to neck and head. Limbs:
-    see `simprep.motion.limb_paths`. Feet and hands: Euler angles of their orientation against shank and forearm.
+    Each spine joint takes an equal share of the rotation from pelvis to chest; neck and head half each of the one from
+    chest to head. Feet and hands take Euler angles against shank and forearm. For the limbs see
+    `simprep.motion.limb_paths`.
 
     Args:
         targets: where the joints should be.
-        character: the humanoid.
-
-    Returns:
-        (T, nq) qpos within the limits.
+        character: the body.
     """
     model = character.model
     at = {name: targets.positions[:, number] for number, name in enumerate(ROLES)}

@@ -1,4 +1,4 @@
-"""Which foot supports the body, from the height and speed of the foot points, with hysteresis in seconds and metres."""
+"""Which foot supports the body, by the height and speed of the foot points, with hysteresis."""
 
 from dataclasses import dataclass
 
@@ -17,7 +17,7 @@ class ContactSettings:
 
     Attributes:
         enter_height: a foot touches down when its lowest point is below this [m] and slower than `enter_speed`.
-        leave_height: it lifts when its lowest point is above this [m] or faster than `leave_speed`.
+        leave_height: it lifts off when its lowest point is above this [m] or faster than `leave_speed`.
         enter_speed: horizontal and vertical speed of that point [m/s].
         leave_speed: the same for lift-off [m/s].
         smoothing: standard deviation of the Gaussian over positions before differencing [s].
@@ -39,17 +39,14 @@ def detect_contacts(
     settings: ContactSettings | None = None,
     floor: float = 0.0,
 ) -> NDArray[np.bool_]:
-    """Foot contacts of a pose sequence; every duration is in seconds, so the frame rate hardly matters.
+    """Feet in contact (T, 2), left and right, of a pose sequence, at any frame rate.
 
     Args:
-        qpos: (T, 44) poses.
+        qpos: (T, nq) poses.
         fps: frames per second [1/s].
-        character: the humanoid.
+        character: the body.
         settings: thresholds; None for the defaults.
         floor: height of the floor [m].
-
-    Returns:
-        (T, 2) left and right foot in contact.
     """
     return contacts_of_points(forward_kinematics(qpos, character).foot_points - [0.0, 0.0, floor], fps, settings)
 
@@ -57,15 +54,12 @@ def detect_contacts(
 def contacts_of_points(
     points: NDArray[np.float64], fps: float, settings: ContactSettings | None = None
 ) -> NDArray[np.bool_]:
-    """Foot contacts from the points of the soles.
+    """Feet in contact (T, 2), left and right, by the points of the soles.
 
     Args:
         points: (T, 2, N, 3) points under the left and right foot, the floor at z = 0 [m].
         fps: frames per second [1/s].
         settings: thresholds; None for the defaults.
-
-    Returns:
-        (T, 2) left and right foot in contact.
     """
     settings = settings or ContactSettings()
     smooth = gaussian_filter1d(points, settings.smoothing * fps, axis=0, mode="nearest")
@@ -82,21 +76,14 @@ def contacts_of_points(
 
 
 def stances(contact: NDArray[np.bool_]) -> list[tuple[int, int]]:
-    """Maximal runs of contact of one foot.
-
-    Args:
-        contact: (T,) contact flags.
-
-    Returns:
-        (first frame, frame after the last) of every stance.
-    """
+    """Stances of one foot, of contact flags (T,): the first frame of each and the frame after its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], contact, [False]]).astype(int)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
 def _hysteresis(enter: NDArray[np.bool_], stay: NDArray[np.bool_]) -> NDArray[np.bool_]:
     out = np.zeros(len(enter), dtype=bool)
-    # a run in which contact may stay is a stance once any of its frames may enter, from that frame on
+    # a run of frames that may stay is a stance from the first one on that may enter
     for first, after in stances(stay | enter):
         entries = np.flatnonzero(enter[first:after])
         if len(entries):

@@ -1,4 +1,4 @@
-"""Curves through key values in time: smooth to the second derivative, so accelerations have no jumps."""
+"""Curves through key values in time, smooth to the second derivative: accelerations do not jump."""
 
 from collections.abc import Callable, Sequence
 
@@ -14,25 +14,21 @@ def minimum_jerk(share: ArrayLike) -> NDArray[np.float64]:
     """Minimum-jerk step from 0 to 1 (Flash & Hogan 1985, J Neurosci 5:1688, eq. for rest-to-rest reaching).
 
     Args:
-        share: elapsed share of the movement; clipped to [0, 1].
+        share: elapsed share of the movement, clipped to [0, 1].
     """
     s = np.clip(np.asarray(share, dtype=np.float64), 0.0, 1.0)
     return np.asarray(s**3 * (10 - 15 * s + 6 * s * s))
 
 
 def smooth_step(share: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Cubic step from 0 to 1, at rest at both ends: for weights, where accelerations do not matter.
-
-    Args:
-        share: (...) of the way, 0 to 1.
-    """
+    """Cubic step from 0 to 1, at rest at both ends, for weights. `share` (...) of the way is 0 to 1."""
     return np.asarray(share * share * (3 - 2 * share))
 
 
 def dying_away(
     share: NDArray[np.float64], value: NDArray[np.float64] | float, slope: NDArray[np.float64] | float
 ) -> NDArray[np.float64]:
-    """Cubic curve from a value and a slope to 0, where it comes to rest (Hermite).
+    """Cubic (Hermite) curve from a value and a slope to rest at 0.
 
     Args:
         share: (...) of the way, 0 to 1.
@@ -45,15 +41,13 @@ def dying_away(
 def key_curve(times: Sequence[float], values: ArrayLike, period: float | None = None) -> Curve:
     """Quintic curve through key values: monotone-preserving slopes (PCHIP), zero acceleration at the keys.
 
-    The curve rests at local extremes and at both ends, and between two resting keys is the minimum-jerk step.
+    The curve rests at local extremes and at both ends, and outside the keys it holds the end values. Between two
+    resting keys it is the minimum-jerk step.
 
     Args:
         times: (K,) increasing key times [s].
         values: (K,) or (K, n) key values.
         period: repeat with this period [s]; the keys then span one period without its end.
-
-    Returns:
-        Function of times; outside the keys it holds the end values.
     """
     t = np.asarray(times, dtype=np.float64)
     v = np.asarray(values, dtype=np.float64)
@@ -75,9 +69,5 @@ def key_curve(times: Sequence[float], values: ArrayLike, period: float | None = 
 
 
 def constant(value: float = 0.0) -> Curve:
-    """The curve that always has one value.
-
-    Args:
-        value: the value.
-    """
+    """The curve that always has one value."""
     return lambda at: np.full(np.shape(at), value)

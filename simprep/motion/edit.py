@@ -14,14 +14,7 @@ from simprep.motion.rotations import multiply_quat, wrap_angle
 
 
 def yaw(quat: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Heading of root quaternions: angle of the body's x axis on the floor.
-
-    Args:
-        quat: (..., 4) wxyz.
-
-    Returns:
-        (...) angle from world x, counter-clockwise seen from above [rad].
-    """
+    """Heading (...) [rad] of root quaternions (..., 4) wxyz: body x against world x, counter-clockwise from above."""
     w, x, y, z = np.moveaxis(np.asarray(quat), -1, 0)
     return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
 
@@ -32,7 +25,7 @@ def move(motion: Motion, translation: tuple[float, float] = (0.0, 0.0), turn: fl
     Args:
         motion: the motion.
         translation: x, y [m].
-        turn: angle [rad], counter-clockwise seen from above.
+        turn: angle, counter-clockwise seen from above [rad].
     """
     qpos = motion.qpos.copy()
     c, s = np.cos(turn), np.sin(turn)
@@ -42,7 +35,7 @@ def move(motion: Motion, translation: tuple[float, float] = (0.0, 0.0), turn: fl
 
 
 def at_origin(motion: Motion) -> Motion:
-    """Move a motion so that its first frame stands at the origin and faces x."""
+    """Move a motion on the floor so that its first frame is at the origin and faces x."""
     turned = move(motion, turn=-float(yaw(motion.qpos[0, 3:7])))
     x, y = turned.qpos[0, :2]
     return move(turned, translation=(-x, -y))
@@ -70,8 +63,8 @@ def cut(motion: Motion, first: int, after: int) -> Motion:
 def resample(motion: Motion, fps: float) -> Motion:
     """The same motion at another frame rate: linear in positions and hinges, spherical in the root rotation.
 
-    The first frame stays; the last stays where the duration is a whole number of new frames. A loop keeps its period,
-    which must be a whole number of new frames up to 1 %, else the rate is adjusted to make it so.
+    The first frame stays; the last stays where the duration is a whole number of new frames. A loop keeps its period:
+    the rate is adjusted to a whole number of frames in it.
 
     Args:
         motion: the motion.
@@ -101,14 +94,11 @@ def resample(motion: Motion, fps: float) -> Motion:
 
 
 def sample(motion: Motion, times: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Poses at arbitrary times, held at the ends.
+    """Poses (N, nq) at any times, held at the ends.
 
     Args:
         motion: the motion.
-        times: (N,) seconds from its first frame.
-
-    Returns:
-        (N, 44) qpos.
+        times: (N,) from its first frame [s].
     """
     if len(motion) == 1:
         return np.repeat(motion.qpos, len(times), axis=0)
@@ -122,10 +112,7 @@ def sample(motion: Motion, times: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def repeat(motion: Motion, cycles: int) -> Motion:
-    """A loop played several times in a row, each cycle carried on by the root displacement of the one before.
-
-    The displacement of one cycle is extrapolated from the last frame by the last inter-frame displacement, since the
-    frame after the last is the first one of the next cycle.
+    """A loop played several times in a row, each cycle moved on by the displacement of the one before.
 
     Args:
         motion: a motion with `loop` set.
@@ -142,7 +129,7 @@ def repeat(motion: Motion, cycles: int) -> Motion:
     pieces = [motion.qpos]
     piece = replace(motion, loop=False)
     for _ in range(1, cycles):
-        # the next cycle is this one, moved rigidly so that the first frame maps onto the frame after the last
+        # the next cycle is this one, moved rigidly: its first frame becomes the frame after the last
         anchor = piece.qpos[0, :2].copy()
         heading = float(yaw(piece.qpos[0, 3:7])) - float(yaw(motion.qpos[0, 3:7]))
         piece = move(piece, translation=(-anchor[0], -anchor[1]))
@@ -154,34 +141,31 @@ def repeat(motion: Motion, cycles: int) -> Motion:
 
 
 def loop_displacement(motion: Motion) -> tuple[float, NDArray[np.float64]]:
-    """How far one cycle of a loop turns and travels.
+    """How far one cycle of a loop turns [rad], and its root's step on the floor (2,), in the motion's world frame [m].
 
     The pose after the last is interpolated from the last and the first two inter-frame root displacements.
 
     Args:
         motion: a motion of at least 2 frames.
-
-    Returns:
-        turn [rad], and the step of the root on the floor in the world frame of the motion (2,) [m].
     """
     heading = np.unwrap(yaw(motion.qpos[:, 3:7]))
     turn = float(wrap_angle(heading[-1] - heading[0] + _missing_step(np.diff(heading), np.diff(heading))))
     turn = 0.0 if abs(turn) < 1e-9 else turn
     c, s = np.cos(turn), np.sin(turn)
     steps = np.diff(motion.qpos[:, :2], axis=0)
-    # the first steps of the cycle, carried to its end
+    # the first steps of the cycle, turned to its end
     step = motion.qpos[-1, :2] - motion.qpos[0, :2] + _missing_step(steps, steps @ np.array([[c, s], [-s, c]]))
     return turn, step
 
 
 def _missing_step(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The step between two runs of steps: cubic through two on either side (a straight line where there is one)."""
+    """The step between two runs of steps: cubic through two on either side; linear where there is only one."""
     nearest = before[-1] + after[0]
     return np.asarray(nearest / 2 if len(before) < 4 else (4 * nearest - before[-2] - after[1]) / 6)
 
 
 def concatenate(a: Motion, b: Motion) -> Motion:
-    """b after a, moved on the floor so that its first frame meets a's last (which it replaces) in plan and heading.
+    """b after a. b is moved on the floor so that its first frame replaces a's last, in place and heading.
 
     Args:
         a: first motion.
@@ -210,7 +194,7 @@ def concatenate(a: Motion, b: Motion) -> Motion:
 
 
 def mirror(motion: Motion) -> Motion:
-    """The motion reflected in the plane y = 0: left and right swap, in the names of events too."""
+    """The motion reflected in the plane y = 0. Left and right swap, in the names of events too."""
     index, sign = motion.character.mirror_map
     qpos = motion.qpos.copy()
     qpos[:, 1] *= -1

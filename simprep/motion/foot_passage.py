@@ -1,4 +1,4 @@
-"""Feet of a whole clip: held where they stand, and led smoothly over the floor from one foothold to the next."""
+"""Feet of a whole clip: held while they stand, and moved smoothly from one foothold to the next."""
 
 from itertools import pairwise
 
@@ -21,19 +21,18 @@ def place_feet(
     character: Character,
     settings: FootholdSettings | None = None,
 ) -> tuple[FootPoses, NDArray[np.bool_]]:
-    """Feet that stand on the floor z = 0 without sliding wherever `contacts` says so, and pass smoothly in between.
+    """Feet that do not slide while `contacts` says that they stand on the floor z = 0, and move smoothly in between.
+
+    Returns the poses, and the contacts without the frames in which a foot lets go or slides to another place.
 
     Args:
         feet: poses as they are, the floor near z = 0.
-        hips: (T, 2, 3) hips [m], and
-        knees: (T, 2, 3) knees, for how far the ankles bend and which way the legs fold [m].
+        hips: (T, 2, 3) [m].
+        knees: (T, 2, 3) [m]; they tell how far ankles bend and which way legs fold.
         contacts: (T, 2) standing feet.
         fps: frames per second [1/s].
-        character: the humanoid.
+        character: the body.
         settings: thresholds; None for the defaults.
-
-    Returns:
-        the poses, and the contacts without the frames in which a foot lets go or slides to another place.
     """
     settings = settings or FootholdSettings()
     centres, radii = sole_geometry(character)
@@ -49,7 +48,7 @@ def place_feet(
         _ease(turned, spans, longest, recent)
         rotation[:, side] = Rotation.from_rotvec(turned).as_matrix() @ feet.rotation[:, side]
     contacts = held.contacts & ~_passing(FootPoses(position, rotation), held, fps, character, settings)
-    # a swinging foot passes over the floor; a standing foot between two footholds turns on it
+    # a swinging foot stays above the floor; a standing foot between two footholds turns on it
     low = sole_points(FootPoses(position, rotation), character)[..., 2].min(axis=-1)
     for side in range(2):
         sunk = np.flatnonzero((low[:, side] < 0) & ~contacts[:, side])
@@ -67,7 +66,7 @@ def place_feet(
 def _passing(
     feet: FootPoses, held: Held, fps: float, character: Character, settings: FootholdSettings
 ) -> NDArray[np.bool_]:
-    """(T, 2) feet on the floor that are not held, and move over it."""
+    """(T, 2) feet that move over the floor without being held."""
     if len(feet.position) < 2:
         return np.zeros(held.contacts.shape, dtype=bool)
     points = sole_points(feet, character)
@@ -87,16 +86,12 @@ def _tip(
     radii: NDArray[np.float64],
     largest: float,
 ) -> NDArray[np.float64]:
-    """Orientations (n, 3, 3) turned towards level by as little as brings the sole out of the floor, or near.
+    """Orientations (n, 3, 3) of feet in the floor, turned towards level just enough to bring the sole out.
 
-    Args:
-        rotation: (n, 3, 3) of feet that pass through the floor.
-        ankle: (n,) heights of their ankles [m].
-        centres: (4, 3) of the sole's spheres in the foot's frame [m].
-        radii: (4,) of the spheres [m].
-        largest: largest turn [rad].
+    `ankle` (n,) are heights [m], `centres` (4, 3) and `radii` (4,) the sole's spheres in the foot's frame [m],
+    `largest` is the largest turn [rad].
     """
-    axis = unit(rotation[:, :, 1] * [1.0, 1.0, 0.0])  # also of a foot that points down, whose heading tells nothing
+    axis = unit(rotation[:, :, 1] * [1.0, 1.0, 0.0])  # defined for a foot that points straight down too
     arms = np.einsum("nij,pj->npi", rotation, centres)
     ahead = np.einsum("npi,ni->np", arms, np.cross(axis, [0.0, 0.0, 1.0]))
     towards_level = np.sign(rotation[:, 2, 0])  # a positive turn lowers what is ahead
@@ -107,7 +102,7 @@ def _tip(
     )
     clear = height >= 0
     best = np.where(clear.any(axis=1), clear.argmax(axis=1), height.argmax(axis=1))
-    # between the last size in the floor and the first above it
+    # interpolate between the last size in the floor and the first above it
     rows, before = np.arange(len(ankle)), np.maximum(best - 1, 0)
     above, below = height[rows, best], height[rows, before]
     share = np.where((above > 0) & (below < 0), above / np.maximum(above - below, 1e-9), 0.0)
@@ -118,7 +113,7 @@ def _tip(
 def _spare(
     hip: NDArray[np.float64], knee: NDArray[np.float64], ankle: NDArray[np.float64], settings: FootholdSettings
 ) -> NDArray[np.float64]:
-    """By how much a leg can lengthen (T, 2) before its knee has straightened by `straighten` [m]."""
+    """Length (T, 2) [m] that a leg can gain until its knee has straightened by `straighten`."""
     thigh, shank = np.linalg.norm(knee - hip, axis=-1), np.linalg.norm(ankle - knee, axis=-1)
     distance = np.linalg.norm(ankle - hip, axis=-1)
     cosine = (distance**2 - thigh**2 - shank**2) / np.maximum(2 * thigh * shank, 1e-9)
@@ -128,13 +123,10 @@ def _spare(
 
 
 def _ease(offset: NDArray[np.float64], runs: list[tuple[int, int]], longest: int, recent: int) -> None:
-    """Fill the frames outside of the stances, in place: cubic passages that keep value and half the slope at the stances.
+    """Fill the frames between stances, in place, by cubics that keep value and half the slope of `offset` (T, 3).
 
-    Args:
-        offset: (T, 3) corrections.
-        runs: (first frame, frame after the last) of the stances.
-        longest: frames in which a correction fades.
-        recent: frames of the stances over which their slopes are taken; the last moment's would swing far out.
+    `runs` are the stances, `longest` the frames in which a correction fades. The slope is that of the last `recent`
+    frames: the last moment's alone would swing far out.
     """
     n = len(offset)
     if not runs:
@@ -159,7 +151,7 @@ def _ease(offset: NDArray[np.float64], runs: list[tuple[int, int]], longest: int
         if inner and gap + 1 <= 2 * longest:
             offset[first:after] = _hermite(at, gap + 1, value[0], value[1], slope[0], slope[1])
             continue
-        # a long flight, or one that begins or ends with the clip: each correction fades by itself
+        # a long flight, or one at an end of the clip: each correction fades by itself
         zero = np.zeros_like(value[0])
         span = min(longest, gap + 1) if not inner else longest
         out = np.zeros((gap, offset.shape[1]))

@@ -1,4 +1,4 @@
-"""One stance of one foot: where its foothold is, and the foot's pose through it, rolling over heel and toe."""
+"""One stance of one foot: its foothold, and the foot's pose through it, rolling over heel and toe."""
 
 from dataclasses import dataclass
 
@@ -14,30 +14,30 @@ class FootholdSettings:
     """Thresholds of the placing of feet.
 
     Attributes:
-        flattening: tilts of this size are halved, smaller ones vanish, larger ones stay [rad].
+        flattening: tilts of this size are halved, much smaller ones vanish, much larger ones stay [rad].
         flat_within: tilt up to which a sole tells where the foothold is [rad].
-        turning: a stance whose heading ranges over more than this turns [rad], and
-        sliding: one whose place ranges over more than this slides [m]: it is divided into still parts.
+        turning: a stance turns if its heading varies by more than this [rad].
+        sliding: a stance slides if its place varies by more than this [m]. Both are divided into still parts.
         still_turn: heading rate below which a part is still [rad/s].
         still_speed: speed of the place below which a part is still [m/s].
         shortest: shortest still part [s].
-        dorsiflexion: largest angle that a standing ankle is asked for, beyond which the heel rises [rad].
-        inversion: the same to either side, beyond which the sole tilts [rad].
-        softness: points within about this height of the lowest share its hold [m].
-        upright: a shank whose rise is less than this share of its length does not stand on its foot.
+        dorsiflexion: largest angle of a standing ankle; beyond it the heel rises [rad].
+        inversion: the same to either side; beyond it the sole tilts [rad].
+        softness: points within about this height of the lowest one bear load with it [m].
+        upright: a leg stands if its shank rises by at least this share of its length.
         resting: a foot this high does not stand, whatever its speed [m].
-        heel: largest change of the pitch of a foot that rolls [rad].
+        heel: largest change of the pitch of a rolling foot [rad].
         along: weight of an ankle's error along the leg over one across it.
-        own_pitch: price of that change [m/rad].
-        own_heading: a knee that is out by this much counts as much as the heading of the foot [m].
+        own_pitch: price of the change of pitch [m/rad].
+        own_heading: offset of the knee from the leg's line at which it counts as much as the foot's heading [m].
         torsion: largest turn of a foothold towards the knee [rad].
-        grip: a foot whose ankle would be farther than this from where the leg has it lets go [m],
-        slip: this much earlier or later at most [s].
-        briefest: a foot that would hold for less than this after that does not stand [s].
-        tip: largest turn of a swinging foot that brings its sole out of the floor [rad].
-        straighten: a knee is not straightened by more than this to set a sliding foot down [rad].
+        grip: a foot lets go if its ankle would be farther than this from the leg's [m].
+        slip: longest time by which a foot lets go, or takes hold, beside its contact [s].
+        briefest: a foot that would then hold for less than this does not stand [s].
+        tip: largest turn that brings the sole of a swinging foot out of the floor [rad].
+        straighten: setting a sliding foot down straightens the knee by at most this [rad].
         ease: longest time over which a correction fades in a swing [s].
-        recent: time over which its slope at the stance is taken [s].
+        recent: time at the stance over which the correction's slope is taken [s].
     """
 
     flattening: float = 0.06
@@ -82,34 +82,32 @@ class Stance:
     ) -> None:
         self.points, self.centres, self.radii, self.settings = points, centres, radii, settings
         self.ankle, self.leg, self.fold = ankle, leg, fold
-        heading = np.arctan2(-rotation[:, 0, 1], rotation[:, 1, 1])  # of the sideways axis: a steep foot keeps its own
+        heading = np.arctan2(-rotation[:, 0, 1], rotation[:, 1, 1])  # of the sideways axis, which a steep foot has too
         self.pitch = np.arcsin(np.clip(-rotation[:, 2, 0], -1, 1))
         self.heading = np.unwrap(heading)
         height = points[..., 2] - points[..., 2].min(axis=-1, keepdims=True)
-        self.weight = np.exp(-height / settings.softness)  # (n, 4) how much each point bears
+        self.weight = np.exp(-height / settings.softness)  # (n, 4) relative load
         level = axis_rotation("z", self.heading)
         local = np.einsum("nij,pj->npi", level, centres)[..., :2]
         share = self.weight / self.weight.sum(axis=1, keepdims=True)
         self.place = np.einsum("np,npi->ni", share, points[..., :2] - local)  # ankle of the flat foot, in plan
         self.turns = bool(np.ptp(self.heading) > settings.turning)
-        # a foot of another length rolls over another toe: the flat frames tell the place
+        # feet of different length roll over different toes, so the flat frames tell the place
         self.flatness = np.exp(-((self.pitch / settings.flat_within) ** 2)) + 1e-3
         flat = self.flatness > 0.5 * self.flatness.max()
         self.slides = bool(np.ptp(self.place[flat], axis=0).max() > settings.sliding)
 
 
 def knee_offset(hip: NDArray[np.float64], knee: NDArray[np.float64], ankle: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Which way the foot of a folded leg points when flat on the floor, and how much the knee tells of it.
+    """Direction (n, 2), in plan, of a folded leg's foot flat on the floor; its length is the knee's offset [m].
 
-    Our ankle bends in the plane of the leg, so a flat foot points along the line in which that plane meets the floor.
+    The ankle bends in the plane of the leg, so a flat foot points along the line in which that plane meets the floor.
+    The offset is the knee's distance from the line from hip to ankle.
 
     Args:
         hip: (n, 3) [m].
         knee: (n, 3) [m].
         ankle: (n, 3) [m].
-
-    Returns:
-        (n, 2) in plan, as long as the knee is far from the line from hip to ankle [m].
     """
     normal = np.cross(hip - ankle, knee - ankle)
     offset = np.linalg.norm(normal, axis=-1) / np.maximum(np.linalg.norm(hip - ankle, axis=-1), 1e-9)
@@ -117,9 +115,9 @@ def knee_offset(hip: NDArray[np.float64], knee: NDArray[np.float64], ankle: NDAr
 
 
 def _towards_knee(heading: float, fold: NDArray[np.float64], settings: FootholdSettings) -> float:
-    """Turn of a foothold that lets the knee stay where it folds to: our shank has no torsion, people's has [rad].
+    """Turn of a foothold towards the plane of the knee [rad], because our shank, unlike people's, has no torsion.
 
-    The least-squares compromise between the foot's own heading and the knee's, which counts by how far it is out.
+    It is a least-squares compromise between the headings of foot and knee; the knee counts by its offset `fold`.
     """
     out = np.linalg.norm(fold, axis=-1)
     off = (np.arctan2(fold[:, 1], fold[:, 0]) - heading + np.pi) % (2 * np.pi) - np.pi
@@ -146,7 +144,7 @@ def hold(
         )
     roll = np.zeros_like(pitch)
     new = _oriented(heading, pitch, roll)
-    # beyond the ankle's range the heel rises, or the sole tilts sideways
+    # beyond the ankle's range the heel rises or the sole tilts sideways
     lean = np.einsum("nji,nj->ni", new, shank[part])
     pitch = pitch + np.maximum(0.0, np.arctan2(lean[:, 0], lean[:, 2]) - settings.dorsiflexion)
     aside = -np.arctan2(lean[:, 1], lean[:, 2])
@@ -154,19 +152,19 @@ def hold(
     new = _oriented(heading, pitch, roll)
     reach = np.einsum("nij,pj->npi", new, centres)
     height = reach[..., 2] - radii
-    if turning:  # all of a short stance, as a kick's: the ball stays
+    if turning:  # a whole short stance, such as a kick's, turns about its ball
         across = _ball(centres)
         ball = reach[:, across, :2].mean(axis=1)
         plan = np.median(points[:, across, :2].mean(axis=1), axis=0) - ball
     else:
         plan = _held_by(anchors - reach[..., :2], height, settings)
-        # the foothold lies where the leg puts it on the whole: a foot of another length touches elsewhere
+        # a foot of another length touches elsewhere, so the foothold goes where the leg has it on average
         plan += (stance.ankle[part, :2] - plan).mean(axis=0)
     return np.concatenate([plan, -height.min(axis=1)[:, None]], axis=1), new
 
 
 def _ball(centres: NDArray[np.float64]) -> list[int]:
-    """The ball of a foot: its widest pair of points (N, 3), the foremost of equally wide ones."""
+    """The ball of a foot: its widest pair of points of (N, 3), the foremost of equally wide ones."""
     ahead = 1e-3 * centres[:, 0]
     return [int((centres[:, 1] + ahead).argmax()), int((-centres[:, 1] + ahead).argmax())]
 
@@ -204,23 +202,16 @@ def _rolling_pitch(
     radii: NDArray[np.float64],
     settings: FootholdSettings,
 ) -> NDArray[np.float64]:
-    """Pitch (n,) with which a rolling foot has its ankle nearest to the leg's: feet differ in length, legs do not wait.
+    """Pitch (n,) that brings a rolling foot's ankle nearest to the leg's; the source's foot may have another length.
 
-    Args:
-        pitch: (n,) of the source's foot, the toe down [rad].
-        heading: of the foothold [rad].
-        anchors: (4, 2) places of the sole's points [m].
-        ankle: (n, 3) where the leg has the ankle [m].
-        leg: (n, 3) direction from ankle to hip (unit).
-        centres: (4, 3) of the sole's spheres in the foot's frame [m].
-        radii: (4,) of the spheres [m].
-        settings: thresholds.
+    `pitch` (n,) is the source's, toe down [rad], `heading` the foothold's [rad], `anchors` (4, 2) the places of the
+    sole's points [m]. The leg has the ankle at `ankle` (n, 3) [m] and the unit direction `leg` (n, 3) to the hip.
+    `centres` (4, 3) and `radii` (4,) are the sole's spheres in the foot's frame [m].
     """
-    # a flat foot stays flat
     rolling = np.clip((np.abs(pitch) - settings.flat_within / 2) / settings.flat_within, 0.0, 1.0)
     rolls = np.flatnonzero(rolling)
     change = np.linspace(-settings.heel, settings.heel, 13)
-    tried = pitch[rolls, None] + change  # (n, 13), of those that roll
+    tried = pitch[rolls, None] + change  # (n, 13)
     sine, cosine = np.sin(tried)[..., None], np.cos(tried)[..., None]
     ahead = cosine * centres[:, 0] + sine * centres[:, 2]
     height = cosine * centres[:, 2] - sine * centres[:, 0] - radii

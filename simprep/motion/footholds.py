@@ -1,8 +1,8 @@
 """Where standing feet belong: on the floor and still, rolling over heel and toe.
 
 A standing foot keeps one foothold: the place and heading of its flat sole that fits the whole stance best. While it
-tilts, its lowest points stay on their places in that flat foothold, so heel strike and toe-off roll without sliding. A
-foot that turns on the spot (the standing foot of a kick) keeps the place of its ball instead.
+tilts, its lowest points keep their places in that foothold, so it rolls without sliding. A foot that turns on the spot
+(the standing foot of a kick) keeps the place of its ball.
 """
 
 from dataclasses import dataclass
@@ -47,12 +47,12 @@ def sole_points(feet: FootPoses, character: Character) -> NDArray[np.float64]:
 
 @dataclass(frozen=True)
 class Held:
-    """Feet where they stand.
+    """Feet while they stand.
 
     Attributes:
         feet: poses; held in the frames of `spans`, as they were elsewhere.
         bearing: (T, 2) feet on the floor, without those that let go early.
-        contacts: (T, 2) the same without a foot that slides to another place while the other one bears.
+        contacts: (T, 2) the same without a foot that slides to another place while the other one bears load.
         spans: of each foot, the (first frame, frame after the last) in which it is held.
     """
 
@@ -75,11 +75,11 @@ def hold_feet(
 
     Args:
         feet: poses as they are, the floor near z = 0.
-        hips: (T, 2, 3) hips [m], and
-        knees: (T, 2, 3) knees, for how far the ankles bend and which way the legs fold [m].
+        hips: (T, 2, 3) [m].
+        knees: (T, 2, 3) [m]; they tell how far ankles bend and which way legs fold.
         contacts: (T, 2) standing feet.
         fps: frames per second [1/s].
-        character: the humanoid.
+        character: the body.
         settings: thresholds.
     """
     centres, radii = sole_geometry(character)
@@ -93,7 +93,7 @@ def hold_feet(
         for first, after in stances(contacts[:, side]):
             part = slice(first, after)
             if np.median(shank[part, 2] / np.linalg.norm(shank[part], axis=1)) < settings.upright:
-                held.append((first, after))  # kneeling or lying: it touches the floor, but is no foothold
+                held.append((first, after))  # kneeling or lying, it touches the floor but is no foothold
                 continue
             ankle, hip = feet.position[part, side], hips[part, side]
             stance = Stance(
@@ -107,7 +107,7 @@ def hold_feet(
                 early, late = _grip(place - ankle[begin:end], fps, settings)
                 span = slice(first + begin + early, first + begin + late)
                 if late - early < min(end - begin, settings.briefest * fps):
-                    bearing[first + begin : first + end, side] = False  # hardly ever where the leg has it: it passes
+                    bearing[first + begin : first + end, side] = False  # the leg's ankle is too far away
                     continue
                 bearing[first + begin : span.start, side] = bearing[span.stop : first + end, side] = False
                 position[span, side], rotation[span, side] = place[early:late], turn[early:late]
@@ -120,7 +120,7 @@ def hold_feet(
 
 
 def _still_parts(stance: Stance, fps: float, settings: FootholdSettings) -> list[tuple[int, int]]:
-    """Parts of a stance with one foothold each: all of it, unless the foot turns or slides."""
+    """Parts of a stance with one foothold each: the whole, unless the foot turns or slides."""
     n = len(stance.heading)
     if not (stance.turns or stance.slides) or n < 3:
         return [(0, n)]
@@ -132,7 +132,7 @@ def _still_parts(stance: Stance, fps: float, settings: FootholdSettings) -> list
     )
     out = []
     for first, after in stances(still):
-        # slow creeping adds up: cut where the foot has left the place it had
+        # slow creeping adds up: cut where the foot has left its place
         begin = first
         while begin < after:
             left = (np.linalg.norm(place[begin + 1 : after] - place[begin], axis=-1) > settings.sliding / 2) | (
@@ -150,7 +150,7 @@ def _still_parts(stance: Stance, fps: float, settings: FootholdSettings) -> list
 def _slides(
     held: list[tuple[int, int]], run: tuple[int, int], points: NDArray[np.float64], settings: FootholdSettings
 ) -> list[tuple[int, int]]:
-    """Parts of a stance outside of its holds in which every sole point travels: the foot slides to another place."""
+    """Parts of a stance between its holds in which every sole point travels."""
     edges = [run[0], *(edge for hold in held for edge in hold), run[1]]
     out = []
     for a, b in zip(edges[::2], edges[1::2]):
@@ -161,9 +161,9 @@ def _slides(
 
 
 def _grip(off: NDArray[np.float64], fps: float, settings: FootholdSettings) -> tuple[int, int]:
-    """First and last frame (excluded) of a hold without the ends at which its ankle (n, 3) is far off the leg's [m].
+    """First frame, and frame after the last, of a hold without ends where its ankle is `off` (n, 3) from the leg's [m].
 
-    The last moments of a push-off are of that kind: people's toes bend, ours do not.
+    Such ends occur at push-off: people's toes bend, ours do not.
     """
     far = np.linalg.norm(off, axis=-1) > settings.grip
     longest = min(round(settings.slip * fps), len(off) // 3)

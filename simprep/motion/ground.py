@@ -1,4 +1,4 @@
-"""Ground contact of imported motions: the floor found, stance feet placed and held, then the whole pose solved."""
+"""Ground contact of imported motions: find the floor, place and hold standing feet, then solve the whole pose."""
 
 from dataclasses import dataclass, replace
 
@@ -25,26 +25,26 @@ ARMS_AND_KNEES = tuple(
 LIMB_RADIUS = 0.045
 """Radius of the limbs where they touch the floor, for finding it [m]."""
 UNEVEN = 0.08
-"""Footholds whose heights range over more than this do not stand on one level floor [m]."""
+"""Footholds whose heights vary by more than this are not on one level floor [m]."""
 STRETCH = 0.9998
 """A standing leg is at most this share of its length long."""
 HIGHER = 0.012
-"""A foot that is this much higher than the other one, which stands, does not stand [m]."""
+"""A foot this much higher than a standing one does not stand [m]."""
 BRIEFEST_S = 0.06
-"""What is left of a stance after that is one if it lasts this long [s]."""
+"""Shorter stances are removed [s]."""
 ROUNDS = 2
-"""How often the body follows its feet and the footholds the body."""
+"""How often the body follows its feet, and then the footholds the body."""
 FOLLOW_S = 0.03
-"""The body's shift is smoothed by a Gaussian of this width [s]."""
+"""Width of the Gaussian that smooths the body's shift [s]."""
 STRAY_S = 0.5
-"""The body follows its feet for about this long, then goes where the source went [s]."""
+"""The body follows its feet for about this long, then returns to the source's path [s]."""
 KEPT_STRAY_S = 0.1
-"""The same where several people must keep the distances between them [s]."""
+"""The same for several people, who must keep the distances between them [s]."""
 PREROLL_S = 0.25
 TOUCHING = 0.005
 """A foot this high touches the floor [m]."""
 HOVERING = 0.01
-"""Being set down by more than this is worth a warning [m]."""
+"""Setting the body down by more than this gives a warning [m]."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +67,12 @@ class Placed:
 def place_on_floor(targets: Targets, character: Character, settings: RetargetSettings | None = None) -> Placed:
     """Find the floor, place the feet and solve the clip.
 
-    Cyclic clips are treated as the middle one of three cycles, so that their ends fit. Feet are placed at the frame rate
-    of the targets, poses solved at that of the result.
+    A loop is solved as the middle one of three cycles, so that its ends fit. Feet are placed at the frame rate of the
+    targets, poses are solved at that of the result.
 
     Args:
         targets: the source with our bone lengths, anywhere over its own floor.
-        character: the humanoid.
+        character: the body.
         settings: of the inverse kinematics.
     """
     cyclic = targets.step is not None
@@ -89,7 +89,6 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
                 touching[first:after, side] = False
     whole = levelled
     for _ in range(ROUNDS):
-        # the body follows its feet, and their footholds follow the body
         feet = FootPoses(whole.positions[:, ANKLES], levelled.orientations[:, 3:5])
         placed, contacts = place_feet(
             feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, character
@@ -135,24 +134,21 @@ def _three_cycles(targets: Targets) -> Targets:
 
 
 def level_floor(targets: Targets, character: Character) -> tuple[Targets, list[str]]:
-    """Shift the targets so that the floor is at z = 0; an uneven ground is levelled.
+    """Targets shifted so that the floor is at z = 0 and level, and warnings.
 
-    The floor is where feet are still: the median height of the lower foot's sole while it hardly moves. Where knees,
-    hands or the trunk come lower than that (crawling), they decide.
+    The floor is the median height of the lower foot's sole while it hardly moves. Where knees, hands or the trunk come
+    lower (crawling), they tell the floor.
 
     Args:
         targets: the source with our bone lengths.
-        character: the humanoid.
-
-    Returns:
-        the shifted targets, and warnings.
+        character: the body.
     """
     feet = FootPoses(targets.positions[:, ANKLES], targets.orientations[:, 3:5])
     points = sole_points(feet, character)
     lowest = points[..., 2].min(axis=-1)  # (T, 2)
     lower = lowest.min(axis=1)
     n, fps = len(lower), targets.fps
-    # the vertical speed is left out: uneven ground, or a lost hip height, would hide the contacts
+    # without the vertical speed: uneven ground, or a lost hip height, would hide contacts
     still = _slowest_point(points[..., :2], fps) < 0.4
     footing = still & (lowest < lower[:, None] + 0.03)
     for side in range(2):
@@ -208,7 +204,7 @@ def _slowest_point(points: NDArray[np.float64], fps: float) -> NDArray[np.float6
 
 
 def _strayed(targets: Targets, source: Targets) -> NDArray[np.float64]:
-    """How far a body has left the source's way over the floor, but for short deviations (T, 3) [m]."""
+    """Deviation of a body from the source's path over the floor (T, 3), short deviations left out [m]."""
     way = targets.positions[:, 0] - source.positions[:, 0]
     stray_s = KEPT_STRAY_S if targets.travel_kept else STRAY_S
     return np.asarray(gaussian_filter1d(way, stray_s * targets.fps, axis=0, mode="nearest") * [1.0, 1.0, 0.0])
@@ -217,7 +213,7 @@ def _strayed(targets: Targets, source: Targets) -> NDArray[np.float64]:
 def _follow(
     targets: Targets, source: Targets, feet: FootPoses, contacts: NDArray[np.bool_], character: Character
 ) -> Targets:
-    """The rest of the body follows its feet: the mean shift of the standing feet, smoothed; knees in their planes."""
+    """Shift the body by the smoothed mean shift of its standing feet; knees stay in their planes."""
     fps = targets.fps
     thigh, shank = (float(np.linalg.norm(character.rest_offset(f"left_{part}"))) for part in ("shank", "foot"))
     moved = feet.position - targets.positions[:, ANKLES]
@@ -226,7 +222,7 @@ def _follow(
     positions = moved_on.positions - _strayed(moved_on, source)[:, None]
     positions[:, ANKLES] = feet.position
     hips = [ROLES.index("left_thigh"), ROLES.index("right_thigh")]
-    # where a standing foot is out of reach, the body sinks to it
+    # the body sinks to a standing foot that is out of reach
     away = positions[:, hips] - positions[:, ANKLES]
     plan = np.minimum(np.linalg.norm(away[..., :2], axis=-1), 0.99 * (thigh + shank))
     reach = np.sqrt((STRETCH * (thigh + shank)) ** 2 - plan**2)
@@ -247,7 +243,7 @@ def _follow(
 
 
 def _smooth_mean(moved: NDArray[np.float64], contacts: NDArray[np.bool_], sigma: float) -> NDArray[np.float64]:
-    """Gaussian-weighted mean over time of the standing feet's shifts (T, 3); 0 where nobody stands."""
+    """Gaussian-weighted mean over time of the standing feet's shifts (T, 3); 0 if no foot ever stands."""
     if not contacts.any():
         return np.zeros((len(moved), 3))
     weight = contacts.astype(float)
@@ -263,7 +259,7 @@ def _smooth_mean(moved: NDArray[np.float64], contacts: NDArray[np.bool_], sigma:
 def _knee(
     hip: NDArray[np.float64], ankle: NDArray[np.float64], knee: NDArray[np.float64], thigh: float, shank: float
 ) -> NDArray[np.float64]:
-    """Knee positions (T, 3) for given hips and ankles, bent towards where the knees were."""
+    """Knee positions (T, 3) for given hips and ankles, on the side where the knees were."""
     line = ankle - hip
     distance = np.clip(np.linalg.norm(line, axis=-1, keepdims=True), 1e-6, thigh + shank)
     along = unit(line)

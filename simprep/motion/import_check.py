@@ -1,4 +1,4 @@
-"""An import judges itself: how far every limb points from the source's, and which hinges are at their limits."""
+"""Check of an import: how far limbs point away from the source's, and which hinges are at their limits."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -16,19 +16,19 @@ LIMBS = {
     for side in SIDES
     for bone, end in (("upper_arm", "forearm"), ("forearm", "hand"), ("thigh", "shank"), ("shank", "foot"))
 }
-"""Bones judged, each by the joints at its ends."""
+"""Bones that are checked, each by the joints at its ends."""
 GOOD_P95_DEG = 5.0
 GOOD_MAX_DEG = 15.0
 FAR_DEG = 20.0
 LONG_AT_LIMIT = 0.2
-"""A hinge that is at a limit for a larger share of the frames is reported."""
+"""A hinge at a limit in a larger share of the frames is reported."""
 AT_LIMIT = 1e-3
 """A hinge this near to a limit is at it [rad]."""
 
 
 @dataclass(frozen=True)
 class LimbError:
-    """Angle between a bone of ours and the source's over a clip.
+    """Angle between a bone and the source's over a clip.
 
     Attributes:
         median_deg: median over the frames [deg].
@@ -46,20 +46,20 @@ class LimbError:
 
     @property
     def good(self) -> bool:
-        """Whether the limb may be trusted: at most 5 deg in 95 % of the frames and never more than 15."""
+        """Whether the limb can be trusted: at most 5 deg in 95 % of the frames, never more than 15."""
         return self.p95_deg <= GOOD_P95_DEG and self.max_deg <= GOOD_MAX_DEG
 
 
 @dataclass(frozen=True)
 class ImportCheck:
-    """What an import finds when it compares its result with the source.
+    """Result of comparing an import with its source.
 
     Attributes:
         residual_mm: mean joint distance, root aligned [mm].
         worst_residual_mm: the same in the worst frame [mm].
         worst_residual_frame: that frame.
         limbs: error of every limb's direction, by name.
-        saturated: share of the frames in which a hinge is at a limit, of the hinges where that is more than 20 %.
+        saturated: hinges at a limit in more than 20 % of the frames, with that share.
         warnings: what is bad, in words.
     """
 

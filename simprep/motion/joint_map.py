@@ -1,9 +1,9 @@
 """From foreign joint names to the parts of our humanoid: automatic for common skeletons, overridable by the user.
 
 Recognised by name: CMU and Mixamo BVH, Character Creator (`CC_Base_`), 3ds Max Biped, Bandai-Namco, LaFAN1, SMPL,
-Xsens, Poser and DAZ (Genesis too) BVH, DeepMimic, Acclaim; anything else whose names contain a side and an anatomical
-word. What all names of a skeleton begin or end with (`B_`, of a second person) says nothing.
-The trunk is found by topology: the joints on the way from the hips' common ancestor to the neck.
+Xsens, Poser and DAZ (Genesis too) BVH, DeepMimic, Acclaim; any other whose names hold a side and an anatomical word.
+Beginnings or ends that all names share (`B_`, of a second person) are ignored. The trunk is found by topology: the
+joints from the hips' common ancestor to the neck.
 """
 
 import json
@@ -27,9 +27,9 @@ ROLES = (
     "head",
     *(f"{side}_{part}" for side in SIDES for part in (*LIMB_PARTS, *OPTIONAL_PARTS)),
 )
-"""What a foreign joint can stand for: the proximal joint of that body; `toe` is the ball, `hand_tip` a knuckle."""
+"""What a foreign joint can be: the proximal joint of that part; `toe` is the ball, `hand_tip` a knuckle."""
 
-# words of a name without its side, most telling first: the first that some joint carries wins
+# words of a name without its side; the first word that some joint has wins
 _WORDS: dict[str, tuple[str, ...]] = {
     "thigh": ("upleg", "upperleg", "thigh", "thighbend", "femur", "hip", "buttock"),
     "shank": ("lowerleg", "lowleg", "calf", "shin", "shank", "tibia", "knee", "leg"),
@@ -51,10 +51,10 @@ _PREFIXES = re.compile(r"^(.*:|mixamorig\d*[:_]?|cc_base_|bip\d+[ _]?|rl_|def[-_
 
 @dataclass(frozen=True)
 class JointMap:
-    """Which source joint stands for which part.
+    """Which source joint is which part.
 
     Attributes:
-        joints: role (see `ROLES`) to index of the source joint.
+        joints: index of the source joint of each role (see `ROLES`).
         trunk: source joints from the hips' common ancestor up to the neck, both included.
         unused: names of the source joints that drive nothing.
     """
@@ -76,14 +76,11 @@ def find_joints(
         path: the file, for messages.
         names: J joint names.
         parents: (J,) parent of each joint, -1 for the root.
-        override: role to source joint name, decided by the user; `none` leaves a role without a joint.
-
-    Returns:
-        The map.
+        override: the user's source joint names by role; `none` leaves a role without a joint.
 
     Raises:
-        UnknownNameError: the override names no role of ours.
-        MotionFileError: the override names a joint that the file lacks, or a part the retargeting needs is missing.
+        UnknownNameError: the override names an unknown role.
+        MotionFileError: the override names a joint that the file lacks, or a needed part is missing.
     """
     roles = _roles_by_name(names)
     for side in SIDES:
@@ -115,18 +112,15 @@ def find_joints(
 
 
 def guess_roles(path: object, names: tuple[str, ...], override: Mapping[str, str] | None = None) -> dict[str, int]:
-    """Roles of named points without a skeleton: by name alone, so two roles may share a point.
+    """Indices of named points by role, by name alone. Two roles may share a point; a role without a name is left out.
 
     Args:
         path: the file, for messages.
         names: J names.
-        override: role to name, decided by the user; `none` leaves a role without a point.
-
-    Returns:
-        Role to index of the point; roles that no name fits are left out.
+        override: the user's names by role; `none` leaves a role without a point.
 
     Raises:
-        UnknownNameError: the override names no role of ours.
+        UnknownNameError: the override names an unknown role.
         MotionFileError: the override names a point that the file lacks.
     """
     roles = _roles_by_name(names)
@@ -136,9 +130,6 @@ def guess_roles(path: object, names: tuple[str, ...], override: Mapping[str, str
 
 def read_joint_map(path: str | Path) -> dict[str, str]:
     """Read a user's joint map: a JSON object of our part names to the file's joint names.
-
-    Args:
-        path: the JSON file.
 
     Raises:
         MotionFileError: missing, or not an object of strings.
@@ -184,12 +175,12 @@ def _override(path: object, roles: dict[str, int], names: tuple[str, ...], overr
 
 
 def shown_names(names: Sequence[str], most: int) -> str:
-    """Names for a message: the first few, each cut where it is too long to be a name."""
+    """Names for a message: the first few, each shortened if too long."""
     return ", ".join(name[:LONG_NAME] for name in names[:most]) + (", ..." if len(names) > most else "")
 
 
 def _without_shared(names: tuple[str, ...]) -> list[str]:
-    """Names without what all of them begin or end with, up to a separator; end sites as they are."""
+    """Names without the beginning and end that all share, up to a separator; end sites as they are."""
     joints = [name for name in names if not name.endswith("_end")]
     if len(joints) < 2:
         return list(names)
@@ -199,17 +190,14 @@ def _without_shared(names: tuple[str, ...]) -> list[str]:
 
 
 def _shared_beginning(names: list[str]) -> int:
-    """Length of what all names begin with, its last separator included."""
+    """Length of the beginning that all names share, its last separator included."""
     first, last = min(names), max(names)
     shared = "".join(a for a, _ in takewhile(lambda pair: pair[0] == pair[1], zip(first, last)))
     return len(re.sub(r"[^_:. -]*$", "", shared))
 
 
 def _split(name: str) -> tuple[str, str]:
-    """Side (`left`, `right` or empty) and the rest of a joint name, lower case letters only.
-
-    Helper joints (twist, roll, share, ...) come back without side and word.
-    """
+    """Side (`left`, `right` or empty) and rest of a joint name, lower-case letters; both empty for helper joints."""
     if name.endswith("_end"):
         return "", ""
     bare = re.sub(r":[0-9]+$", "", name)  # Poser numbers its figures: lThigh:1
@@ -249,10 +237,10 @@ def _first(parts: list[tuple[str, str]], side: str, words: tuple[str, ...]) -> i
 
 
 def _resolve_doubles(side: str, roles: dict[str, int], parents: NDArray[np.intp]) -> None:
-    """Where one word can mean two things, let the chain decide."""
+    """Let the chain decide where a word has two meanings."""
     for base_role, end_role in ((f"{side}_foot", f"{side}_toe"), (f"{side}_hand", f"{side}_hand_tip")):
         base, end = roles.get(base_role), roles.get(end_role)
-        # 'foot' is the ankle in most skeletons and the ball in SMPL, which also has an ankle
+        # 'foot' is the ankle in most skeletons; in SMPL, which also has an ankle, it is the ball
         if end is not None and (base is None or base not in _ancestors(end, parents)):
             del roles[end_role]
             end = None

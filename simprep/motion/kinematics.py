@@ -1,4 +1,4 @@
-"""Body positions, COM and foot points of whole motions, computed by MuJoCo frame by frame."""
+"""Segment positions, COM and foot points of whole motions."""
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -19,11 +19,12 @@ class Kinematics:
     """Positions of a motion in the world frame.
 
     Attributes:
-        xpos: (T, segments, 3) origins of the segments (their proximal joints), in the order of `Character.segments` [m].
-        xquat: (T, segments, 4) orientations of the bodies, wxyz.
-        xipos: (T, segments, 3) centres of mass of the bodies [m].
+        xpos: (T, segments, 3) origins of the segments (their proximal joints), as ordered in `Character.segments` [m].
+        xquat: (T, segments, 4) orientations of the segments, wxyz.
+        xipos: (T, segments, 3) centres of mass of the segments [m].
         com: (T, 3) whole-body centre of mass [m].
-        foot_points: (T, 2, soles, 3) lowest points of the foot spheres: left, right x heel, medial and lateral ball, toe [m].
+        foot_points: (T, 2, soles, 3) lowest points of the left and right foot's spheres: heel, medial and lateral ball,
+            toe [m].
     """
 
     xpos: NDArray[np.float64]
@@ -38,10 +39,7 @@ def forward_kinematics(qpos: NDArray[np.float64], character: Character = humanoi
 
     Args:
         qpos: (T, nq) poses.
-        character: the humanoid.
-
-    Returns:
-        Kinematics with T frames.
+        character: the body.
     """
     model = character.model
     data = _scratch(model, get_ident())
@@ -52,7 +50,7 @@ def forward_kinematics(qpos: NDArray[np.float64], character: Character = humanoi
     ends = np.cumsum([0, *(part.size for part in flat)])
     rows = np.empty((n, ends[-1]))
     data_qpos = data.qpos
-    for pose, row in zip(qpos, rows):  # one copy a frame: this loop is what a kinematic synthesis spends its time on
+    for pose, row in zip(qpos, rows):  # one copy a frame: a kinematic synthesis spends its time here
         data_qpos[:] = pose
         mujoco.mj_kinematics(model, data)
         np.concatenate(flat, out=row)
@@ -67,13 +65,13 @@ def forward_kinematics(qpos: NDArray[np.float64], character: Character = humanoi
 def changed_kinematics(
     kinematics: Kinematics, qpos: NDArray[np.float64], frames: NDArray[np.intp], character: Character
 ) -> Kinematics:
-    """Kinematics of a motion of which some frames have changed, the same to the bit as if it were computed whole.
+    """Kinematics of a motion of which some frames have changed, the same bits as if computed whole.
 
     Args:
         kinematics: before the change, of T frames.
         qpos: (T, nq) poses.
-        frames: (N,) indices of those that have changed.
-        character: the humanoid.
+        frames: (N,) indices of the changed frames.
+        character: the body.
     """
     new = forward_kinematics(qpos[frames], character)
     arrays = {}
@@ -85,7 +83,7 @@ def changed_kinematics(
 
 @lru_cache(maxsize=16)
 def _scratch(model: mujoco.MjModel, thread: int) -> mujoco.MjData:
-    """Working memory of a model, one for each thread; making one takes as long as the kinematics of a hundred frames."""
+    """Working memory of a model, one for each thread; making one takes as long as a hundred frames."""
     return mujoco.MjData(model)
 
 
@@ -95,19 +93,16 @@ def _com(xipos: NDArray[np.float64], character: Character) -> NDArray[np.float64
 
 
 def body_clearance(qpos: NDArray[np.float64], character: Character = humanoid()) -> NDArray[np.float64]:
-    """Height of the lowest point of each body's geoms above z = 0.
+    """Height of the lowest point of each segment's geoms above z = 0 (T, segments) [m]; negative in the floor.
 
     Args:
         qpos: (T, nq) poses.
-        character: the humanoid.
-
-    Returns:
-        (T, segments) [m]; negative in the floor.
+        character: the body.
     """
     model = character.model
     kinematics = forward_kinematics(qpos, character)
     clearance = np.full((len(qpos), model.nbody - 1), np.inf)
-    rotation = rotation_matrix(kinematics.xquat)[..., 2, :]  # (T, segments, 3) third row of each rotation matrix
+    rotation = rotation_matrix(kinematics.xquat)[..., 2, :]  # (T, segments, 3) third row of each
     for geom in range(model.ngeom):
         if model.geom_contype[geom] == 0:
             continue
@@ -128,15 +123,14 @@ def body_clearance(qpos: NDArray[np.float64], character: Character = humanoid())
 
 
 def bearing_points(model: mujoco.MjModel, geom: int) -> list[tuple[NDArray[np.float64], float]]:
-    """Balls that a geom lies within and that touch a plane first: the ends of a capsule, the corners of a box.
+    """Points of a geom that touch a plane first: centre (3,) in the geom's frame and radius of each [m].
+
+    A capsule has its ends, a box its corners, a cylinder 8 points of each rim, an ellipsoid its 6 poles, a mesh the
+    corners of its bounding box.
 
     Args:
         model: a model.
-        geom: id of a geom. Of a cylinder 8 points of each rim count, of an ellipsoid the 6 poles, of a mesh the corners of
-            its bounding box.
-
-    Returns:
-        centre (3,) in the geom's frame and radius of each [m].
+        geom: id of a geom.
     """
     size, kind, shapes = model.geom_size[geom], model.geom_type[geom], mujoco.mjtGeom
     if kind == shapes.mjGEOM_SPHERE:

@@ -1,11 +1,9 @@
 """Inverse kinematics of a leg in closed form: pelvis and foot pose in, six hinge angles out, all frames at once.
 
-The leg has six hinges (hip flexion, abduction, rotation; knee; ankle dorsiflexion, inversion) for the six degrees of
-freedom of the foot, so the pose determines them: the knee angle follows from the hip-ankle distance, and the knee axis is
-normal to both the hip-ankle line and the foot's long axis, because the ankle inverts about the latter (Kajita et al. 2014,
-Introduction to Humanoid Robotics, section 2.5.2, for this model's axis order). No iteration means no dependence on the
-frame before: the result is as smooth as what it follows, and a stance foot is still to rounding. Both legs of a frame
-take about 10 microseconds; an iteration of a general solver (mink with daqp) was measured at 500.
+The foot's six degrees of freedom determine the six hinges (Kajita et al. 2014, Introduction to Humanoid Robotics,
+section 2.5.2, for this model's axis order). The knee angle follows from the hip-ankle distance. The knee axis is normal
+to the hip-ankle line and to the foot's long axis, about which the ankle inverts. Frames do not depend on each other: a
+still foot stays still to rounding.
 """
 
 from dataclasses import dataclass
@@ -88,11 +86,7 @@ def two_bar_bend(distance: Array, a: float, b: float) -> Array:
 
 
 def ball_joint_angles(rotation: Array) -> Array:
-    """Angles (..., 3) about y, x and z, in this order from the parent on, of a hip or shoulder.
-
-    Args:
-        rotation: (..., 3, 3) of the child in its parent, R = Ry Rx Rz.
-    """
+    """Angles (..., 3) about y, x and z of a hip or shoulder [rad], for R = Ry Rx Rz (..., 3, 3) in the parent."""
     about_y = np.arctan2(rotation[..., 0, 2], rotation[..., 2, 2])
     about_x = np.arcsin(np.clip(-rotation[..., 1, 2], -1.0, 1.0))
     about_z = np.arctan2(rotation[..., 1, 0], rotation[..., 1, 1])
@@ -108,7 +102,9 @@ def solve_leg(
     knee_axis: Array | None = None,
     steep: float = 0.0,
 ) -> Array:
-    """Hinge angles that put the foot where it should be; a leg that is too short stays straight and points at it.
+    """Hinge angles (T, 6) that put the foot where it should be, in the order of the leg's group, limits ignored [rad].
+
+    A leg that is too short stays straight and points at it.
 
     Args:
         leg: constants of the leg.
@@ -116,13 +112,10 @@ def solve_leg(
         pelvis_rotation: (T, 3, 3).
         ankle: (T, 3) wanted origin of the foot, world [m].
         foot_rotation: (T, 3, 3) wanted orientation of the foot.
-        knee_axis: (T, 3) about where the knee axis (y of the shank) points, world: tells the two solutions apart. None:
+        knee_axis: (T, 3) about where the knee axis (y of the shank) points, world; tells the two solutions apart. None:
             where y of the foot points, so that the ankle inverts by less than 90 degrees.
-        steep: where the sine of the angle between foot and leg is less than this, the knee axis tends to `knee_axis`, and
-            the foot turns with it: a foot in line with its leg says nothing about where the knee points.
-
-    Returns:
-        (T, 6) hinge angles in the order of the character's group `left_leg` or `right_leg` [rad], whatever their limits.
+        steep: below this sine of the angle between foot and leg, the knee axis tends to `knee_axis` and the foot turns
+            with it: a foot in line with its leg does not tell where the knee points.
     """
     line = np.einsum("tji,tj->ti", pelvis_rotation, ankle - pelvis) - leg.hip  # in the pelvis frame
     foot = np.einsum("tji,tjk->tik", pelvis_rotation, foot_rotation)
@@ -144,7 +137,7 @@ def solve_leg(
         axis += share * (hint - axis)
         axis /= np.maximum(np.linalg.norm(axis, axis=1, keepdims=True), 1e-9)
     forward = cross(down, axis)
-    # thigh's angle before the hip-ankle line, in the leg's plane
+    # angle from the hip-ankle line to the thigh, in the leg's plane
     lean = np.arctan2(b * np.sin(knee), a + b * np.cos(knee))
     thigh_down = np.cos(lean)[:, None] * down + np.sin(lean)[:, None] * forward
     thigh = np.stack([cross(axis, -thigh_down), axis, -thigh_down], axis=-1)  # columns x, y, z

@@ -1,12 +1,11 @@
-"""Joint angles of arms and legs over a whole clip: closed form, every branch, the best way through them.
+"""Joint angles of arms and legs over a whole clip, from the directions of their two bones.
 
-A limb here is what leads from the trunk to its second bone: three hinges of shoulder or hip and one of elbow or knee.
-Two bone directions have two solutions in closed form (the second turns the first hinge by half a turn, which is the only
-way to an arm raised in a V). Where limits forbid both, the nearest poses within them are found from several starts. A
-dynamic programme then chooses among the solutions by error and continuity over the whole clip, and a last fit of all
-frames at once settles what directions leave open, as the twist of a straight limb. Nothing here depends on the frame
-rate: errors are integrated over time, changes are weighed by speed, and where a limb turns over from one frame to the
-next, frames are put in between.
+A limb here is three hinges of shoulder or hip and one of elbow or knee. Two bone directions have two solutions in
+closed form; in the second, the first hinge is half a turn away, as for an arm raised in a V. Where limits forbid both,
+the nearest poses are found from several starts. Dynamic programming chooses among the solutions by error and
+continuity. A last fit of all frames at once settles what directions leave open, such as the twist of a straight limb.
+The frame rate does not matter: errors are integrated over time, changes are weighed by speed, and sudden turns are
+solved at a higher rate.
 """
 
 from collections.abc import Iterator
@@ -28,15 +27,15 @@ REST = 0.02
 SWITCH = 5e-4
 """Price of a turn when branches are chosen [s rad]: half a turn is worth 13 degrees of error for 0.03 s."""
 LEAST_WORTH = np.radians(5.0)
-"""Smoothness is not worth more error than this [rad]."""
+"""Smoothness may cost at most this error [rad]."""
 LEAST_JUMP = 1.0
-"""A hinge that turns by more than this from frame to frame has changed its branch [rad]."""
+"""A hinge that turns by more than this between frames has changed its branch [rad]."""
 TURNING_FPS = 120.0
-"""Limbs that change their branch are solved at this frame rate at least [1/s]."""
+"""Lowest frame rate at which limbs that change their branch are solved [1/s]."""
 FAR = 0.3
-"""A branch that the limits keep farther than this away is not searched where the other is exact [rad]."""
+"""A branch farther than this outside the limits is not searched if the other one is exact [rad]."""
 EXACT = 2e-3
-"""An error of direction below this is none [rad]."""
+"""Smaller errors of direction count as none [rad]."""
 SETTLED = 1e-3
 """A fit that moves no hinge by more than this has settled [rad]."""
 
@@ -47,7 +46,7 @@ class Limb:
 
     Attributes:
         joints: (4,) indices of its hinges among the character's joints.
-        axes: (4, 3) axes of its hinges, each in its own frame at rest; of the first three y, x, z, of the fourth y.
+        axes: (4, 3) axes of its hinges, each in its own frame at rest: y, x, z, y.
         low: (4,) lower limits [rad].
         high: (4,) upper limits [rad].
         upper: (3,) direction of the first bone at rest (unit).
@@ -67,7 +66,7 @@ class Limb:
 
         Args:
             character: the body.
-            names: roles of the segment of the first bone, of the second, and of what is at its end.
+            names: roles of the segments of the first bone, the second bone and the limb's end.
         """
         model = character.model
         side = names[0].partition("_")[0]
@@ -80,15 +79,10 @@ class Limb:
         return cls(joints, np.array(model.jnt_axis[1 + joints]), low, high, bones[0], bones[1])
 
     def directions(self, angles: Array) -> tuple[Array, Array, Array]:
-        """Bone directions, and how they change.
+        """Bone directions upper and lower (..., 3), in the parent's frame, and the derivatives of both (..., 6, 4).
 
         Args:
             angles: (..., 4) hinge angles [rad].
-
-        Returns:
-            upper: (..., 3) in the frame of the parent.
-            lower: (..., 3).
-            jacobian: (..., 6, 4) derivatives of both.
         """
         shape = angles.shape[:-1]
         axes = np.empty((*shape, 4, 3))
@@ -105,12 +99,12 @@ class Limb:
         return upper, lower, jacobian
 
     def orientation(self, angles: Array) -> Array:
-        """Orientation (..., 3, 3) of the second bone's body in the frame of the parent, at angles (..., 4) [rad]."""
+        """Orientation (..., 3, 3) of the second bone in the parent's frame, at angles (..., 4) [rad]."""
         *_, (_, columns) = self._turning(angles)
         return np.stack(columns, axis=-1)
 
     def _turning(self, angles: Array) -> Iterator[tuple[Array, list[Array]]]:
-        """After each hinge: its axis (..., 3), and the columns (..., 3) of the orientation, of which it mixes two."""
+        """After each hinge: its axis (..., 3) and the three columns (..., 3) of the orientation."""
         columns = [np.broadcast_to(row, (*angles.shape[:-1], 3)) for row in np.eye(3)]
         cosine, sine = np.cos(angles)[..., None], np.sin(angles)[..., None]
         for hinge in range(4):
@@ -125,25 +119,22 @@ class Limb:
             columns = turned
 
     def residual(self, angles: Array, wanted: Array) -> tuple[Array, Array]:
-        """Difference to the directions wanted (..., 6), and its Jacobian (..., 6, 4)."""
+        """Difference to the wanted directions (..., 6), and its Jacobian (..., 6, 4)."""
         upper, lower, jacobian = self.directions(angles)
         return np.concatenate([upper, lower], axis=-1) - wanted, jacobian
 
 
 def limb_path(limb: Limb, upper: Array, lower: Array, fps: float) -> Array:
-    """Hinge angles of a limb through a clip.
+    """Hinge angles (T, 4) of a limb through a clip, within the limits [rad].
 
-    Where no smooth way exists (the limits force a change of branch) and the fit would pay for smoothness with more
-    than `LEAST_WORTH`, the path is cut: the limb turns over between two frames.
+    Where limits force a change of branch and a smooth way would cost more than `LEAST_WORTH`, the path is cut: the limb
+    turns over between two frames.
 
     Args:
         limb: its geometry.
         upper: (T, 3) direction of the first bone in the frame of the parent (unit).
         lower: (T, 3) direction of the second.
         fps: frames per second [1/s].
-
-    Returns:
-        (T, 4) hinge angles within the limits [rad].
     """
     wanted = np.concatenate([upper, lower], axis=-1)
     chosen = _best_path(limb, candidates(limb, wanted), wanted, fps)
@@ -164,7 +155,7 @@ def limb_path(limb: Limb, upper: Array, lower: Array, fps: float) -> Array:
 
 
 def _between(directions: Array, stride: int) -> Array:
-    """Directions (T, 3) with `stride` - 1 more between every two."""
+    """Directions (T, 3) with `stride` - 1 more between each two."""
     share = np.arange(stride)[:, None] / stride
     ways = directions[:-1, None] * (1 - share) + directions[1:, None] * share  # (T - 1, stride, 3)
     out = np.concatenate([ways.reshape(-1, 3), directions[-1:]])
@@ -172,22 +163,20 @@ def _between(directions: Array, stride: int) -> Array:
 
 
 def worst_angle(limb: Limb, angles: Array, wanted: Array) -> Array:
-    """Angle between bone and wanted direction, the larger of both bones (...) [rad]."""
+    """Angle (...) between bone and wanted direction, the larger of both bones [rad]."""
     residual, _ = limb.residual(angles, wanted)
     chord = np.maximum(np.linalg.norm(residual[..., :3], axis=-1), np.linalg.norm(residual[..., 3:], axis=-1))
     return np.asarray(2 * np.arcsin(np.minimum(chord / 2, 1.0)))
 
 
 def candidates(limb: Limb, wanted: Array) -> Array:
-    """Poses that reach two bone directions, or come near.
+    """Hinge angles (T, 4, 4), within the limits, of poses that reach two bone directions or come near [rad].
+
+    The four are two branches, each with its twist at the nearer and at the farther end of its range if outside it.
 
     Args:
         limb: its geometry.
         wanted: (T, 6) directions of both bones in the frame of the parent.
-
-    Returns:
-        (T, 4, 4) hinge angles within the limits: two branches, each with its twist brought into its range at the nearer
-        and at the farther end.
     """
     x, y, z = wanted[:, :3].T
     out = np.empty((len(wanted), 4, 4))
@@ -200,7 +189,7 @@ def candidates(limb: Limb, wanted: Array) -> Array:
             tilt, swing = np.pi - tilt, swing + np.pi
         frame = _turn(np.array([0.0, 1.0, 0.0]), swing) @ _turn(np.array([1.0, 0.0, 0.0]), tilt)
         local = np.einsum("tji,tj->ti", frame, wanted[:, 3:])
-        bent = 1.0 if middle[3] >= 0 else -1.0  # the sign of a fold
+        bent = 1.0 if middle[3] >= 0 else -1.0  # sign of a fold
         fold = -limb.axes[3, 1] * bent  # elbows fold forward, knees backward
         twist = np.arctan2(fold * local[:, 1], fold * local[:, 0])
         bend = np.arctan2(np.hypot(local[:, 0], local[:, 1]), -local[:, 2])
@@ -211,11 +200,11 @@ def candidates(limb: Limb, wanted: Array) -> Array:
         missed = np.abs(inside - angles) > 1e-9
         other_end = np.where(angles[:, 2] < middle[2], limb.high[2], limb.low[2])
         out[:, 2 * branch + 1, 2] = np.where(missed[:, 2], other_end, inside[:, 2])
-    # what the limits cost is an angle of the bones: the twist of a straight limb is no matter
+    # by the angle of the bones: the twist of a straight limb does not matter
     error = worst_angle(limb, out, wanted[:, None])
     best = error.argmin(axis=1)
     rows = np.arange(len(out))
-    # far off, beside a branch that is inside, no pose is worth its search
+    # a branch far outside the limits is not worth a search if another is inside
     hopeless = (error > FAR) & (error[rows, best] < EXACT)[:, None]
     out = np.where(hopeless[..., None], out[rows, best][:, None], out)
     frames, which = np.nonzero((error > EXACT) & ~hopeless)
@@ -225,7 +214,7 @@ def candidates(limb: Limb, wanted: Array) -> Array:
 
 
 def _nearest(limb: Limb, angles: Array, wanted: Array, steps: int = 12) -> Array:
-    """Poses (N, 4) within the limits with the least error of direction near given ones, each by itself."""
+    """Poses (N, 4) within the limits, each with the least direction error near a given one."""
     damping = np.full(len(angles), 1e-3)
     residual, jacobian = limb.residual(angles, wanted)
     error = (residual**2).sum(axis=-1)
@@ -252,7 +241,7 @@ def _nearest(limb: Limb, angles: Array, wanted: Array, steps: int = 12) -> Array
 
 
 def _best_path(limb: Limb, choices: Array, wanted: Array, fps: float) -> Array:
-    """The way through the candidates (T, K, 4) with the least error and way, by dynamic programming."""
+    """The path through the candidates (T, K, 4) with the least error and change."""
     residual, _ = limb.residual(choices, wanted[:, None])
     error = (residual**2).sum(axis=-1) / fps  # (T, K)
     # the twist of a straight limb is free, so its jumps cost nothing
@@ -275,21 +264,18 @@ def _best_path(limb: Limb, choices: Array, wanted: Array, fps: float) -> Array:
 
 
 def smooth_path(limb: Limb, angles: Array, wanted: Array, fps: float, links: Array, steps: int = 15) -> Array:
-    """All frames of a limb fitted at once, within the limits.
+    """Hinge angles (T, 4) of all frames, fitted at once within the limits [rad].
 
     Minimises the time integral of |direction error|^2 + (SMOOTHNESS_S * speed)^2 + (REST * angle)^2 by a projected
-    Gauss-Newton method; the normal equations are banded.
+    Gauss-Newton method with banded normal equations.
 
     Args:
         limb: its geometry.
         angles: (T, 4) where to start [rad].
         wanted: (T, 6) directions of both bones in the frame of the parent.
         fps: frames per second [1/s].
-        links: (T - 1,) 1 where a frame and the next belong together, 0 where the path is cut.
+        links: (T - 1,) 1 between frames that belong together, 0 where the path is cut.
         steps: largest number of steps.
-
-    Returns:
-        (T, 4) hinge angles [rad].
     """
     count = len(angles)
     stiffness = (SMOOTHNESS_S * fps) ** 2 * links  # (T - 1,)
@@ -345,7 +331,7 @@ def _turn(axis: Array, angle: Array) -> Array:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    """Cross products of (..., 3); several times faster than numpy's for many."""
+    """Cross products of (..., 3); for many vectors several times faster than numpy's."""
     return np.stack(
         [
             a[..., 1] * b[..., 2] - a[..., 2] * b[..., 1],

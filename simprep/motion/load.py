@@ -1,4 +1,4 @@
-"""Loading a motion from any file: our own .npz, BVH, Acclaim, DeepMimic."""
+"""Loading a motion from any file: simprep's .npz, BVH, Acclaim, DeepMimic."""
 
 import warnings
 from collections.abc import Mapping
@@ -43,7 +43,7 @@ class ImportReport:
 
     @property
     def residual_mm(self) -> float:
-        """Mean distance between our joints and the source's, bones given our lengths, root aligned [mm]."""
+        """Mean distance between our joints and the source's with our bone lengths, root aligned [mm]."""
         return self.check.residual_mm if self.check else 0.0
 
     @property
@@ -52,7 +52,7 @@ class ImportReport:
         return self.check is not None and self.check.doubtful
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything as plain values for JSON; what the check found stands beside the rest, limbs by name."""
+        """Everything as plain values for JSON, the check's entries among them, limbs by name."""
         fields = {**asdict(self), "warnings": list(self.warnings), "residual_mm": self.residual_mm}
         del fields["check"]
         if self.check:
@@ -62,12 +62,7 @@ class ImportReport:
 
 @dataclass(frozen=True)
 class ImportResult:
-    """A motion and how it came about.
-
-    Attributes:
-        motion: the motion, ready for use.
-        report: decisions and residual.
-    """
+    """A motion, ready for use, and the report of its import."""
 
     motion: Motion
     report: ImportReport
@@ -81,20 +76,19 @@ def load_motion(
     joint_map: Mapping[str, str] | str | Path | None = None,
     character: Character = humanoid(),
 ) -> Motion:
-    """Load a motion file onto our humanoid.
+    """Load a motion file and retarget it onto a character, its feet on the floor z = 0.
+
+    A Python warning says if the motion is doubtful, that is if a limb is not where the file has it. `import_motion`
+    gives the whole report.
 
     Args:
-        path: .npz written by simprep or a folder with one, .bvh, .amc with its .asf beside it, or a DeepMimic .txt/.json
-            clip.
+        path: .npz written by simprep or a folder with one, .bvh, .amc with its .asf beside it, or a DeepMimic
+            .txt/.json.
         fps: output frame rate [1/s]; None: the file's, at most 60.
         up: the file's vertical axis, `x`, `y` or `z`; None to find it.
         scale: metres per file unit; None to find it.
         joint_map: our parts to the file's joint names, or a JSON file with that; for foreign names.
-        character: the humanoid to move (an .npz keeps its own).
-
-    Returns:
-        The motion, retargeted, its feet on the floor z = 0. A Python warning says if it is doubtful, that is if a limb
-        is not where the file has it; `import_motion` tells all that is known.
+        character: who moves (an .npz keeps its own).
 
     Raises:
         SimprepError: the file or a setting cannot be used; the message says why and what is valid.
@@ -113,7 +107,7 @@ def import_motion(
     joint_map: Mapping[str, str] | str | Path | None = None,
     character: Character = humanoid(),
 ) -> ImportResult:
-    """Load a motion file and report how; arguments and errors as for `load_motion`."""
+    """Load a motion file with a report; arguments and errors as for `load_motion`."""
     path = find_archive(path, "simprep motion", SCHEMA)
     if not path.is_file():
         raise MotionFileError(path, "no such file")
@@ -133,7 +127,7 @@ def retarget_clip(
     character: Character | None = humanoid(),
     keep_travel: bool = False,
 ) -> ImportResult:
-    """Bring a foreign skeleton's motion onto our humanoid.
+    """Retarget a foreign skeleton's motion; errors as for `load_motion`.
 
     Args:
         clip: the file as read.
@@ -141,15 +135,9 @@ def retarget_clip(
         up: the file's vertical axis; None to find it.
         scale: metres per file unit; None to find it.
         joint_map: our parts to the file's joint names, or a JSON file with that.
-        character: the humanoid to move; None for one with the legs of the person in the file, whose travel then needs no
-            scaling, so that several people keep the distances between them.
-        keep_travel: do not scale the way over the floor by the length of the legs.
-
-    Returns:
-        The motion and the report.
-
-    Raises:
-        SimprepError: as for `load_motion`.
+        character: who moves; None for the humanoid with legs as long as the person's in the file. Its travel needs no
+            scaling, so several people keep the distances between them.
+        keep_travel: do not scale the path over the floor by the length of the legs.
     """
     from simprep.motion.ground import place_on_floor
     from simprep.motion.joint_map import find_joints, read_joint_map

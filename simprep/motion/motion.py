@@ -1,4 +1,4 @@
-"""Motion: a sequence of poses of the humanoid. A pose is a MuJoCo qpos, so kinematics come from MuJoCo."""
+"""Motion: a sequence of poses of a character. A pose is a MuJoCo qpos."""
 
 import math
 from collections.abc import Mapping
@@ -21,7 +21,7 @@ _PLAIN = ("fps", "events", "name", "source", "loop", "character")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion:
-    """A sequence of poses of one humanoid, with foot contacts and named frames.
+    """Poses of one character over time, with foot contacts and named frames.
 
     Attributes:
         qpos: (T, nq) root position [m] (world, z up), root quaternion (wxyz), hinge angles [rad] in the order of
@@ -32,7 +32,7 @@ class Motion:
         name: short name for tables and files.
         source: where the motion came from (file, generator), for reports.
         loop: the motion is one cycle: the frame after the last is the first, moved by the root displacement.
-        character: stature and mass of the humanoid whose poses these are.
+        character: whose poses these are.
 
     Raises:
         MotionError: no frames, wrong shapes, NaN, a zero quaternion, a bad frame rate or an event outside the frames.
@@ -86,7 +86,7 @@ class Motion:
         return f"<Motion {self.name!r}: {len(self)} frames at {self.fps:g}/s, {self.duration:.2f} s{loop}, {self.character.name}>"
 
     def __eq__(self, other: object) -> bool:
-        """Whether everything is the same, to the bit."""
+        """Whether all bits are the same."""
         if not isinstance(other, Motion):
             return NotImplemented
         arrays = all(np.array_equal(getattr(self, name), getattr(other, name)) for name in ("qpos", "contacts"))
@@ -99,7 +99,7 @@ class Motion:
         return Motion, (self.qpos, self.fps, self.contacts, dict(self.events), *plain)
 
     def __getitem__(self, frames: slice) -> "Motion":
-        """Part of the motion by frames, `motion[10:50]`; events outside of it are dropped, and a loop is one no more.
+        """Frames `motion[10:50]`, no longer a loop; events outside are dropped.
 
         Raises:
             MotionError: a step other than 1, or no frame left.
@@ -124,28 +124,20 @@ class Motion:
         return self[max(0, math.ceil(begin * self.fps - 1e-9)) : max(0, math.floor(end * self.fps + 1e-9) + 1)]
 
     def resample(self, fps: float) -> "Motion":
-        """The same motion at another frame rate; see `simprep.motion.edit.resample`.
-
-        Args:
-            fps: frames per second [1/s].
-        """
+        """The same motion at another frame rate [1/s]; see `simprep.motion.edit.resample`."""
         from simprep.motion.edit import resample
 
         return resample(self, fps)
 
     def save(self, path: str | Path) -> Path:
-        """Write the motion to .npz, which `simprep.read_motion` reads; returns the path.
-
-        Args:
-            path: the file; `.npz` is appended if missing.
-        """
+        """Write the motion to .npz (appended if missing) for `simprep.read_motion`; returns the path."""
         from simprep.motion.store import save_motion
 
         return save_motion(self, path)
 
     @property
     def duration(self) -> float:
-        """Length [s]: the time from the first frame to the last (a loop: to the first frame of the next cycle)."""
+        """Time from the first frame to the last; of a loop, to the first frame of the next cycle [s]."""
         return (len(self) if self.loop else len(self) - 1) / self.fps
 
     @property
@@ -154,24 +146,20 @@ class Motion:
         return np.arange(len(self)) / self.fps
 
     def velocities(self) -> NDArray[np.float64]:
-        """Generalised velocities at every frame, by central differences (`mj_differentiatePos`).
+        """Generalised velocities (T, nv) by central differences (`mj_differentiatePos`).
 
-        Returns:
-            (T, nv) qvel: root linear velocity (world) [m/s], root angular velocity (body frame) [rad/s], hinges [rad/s].
+        Root linear velocity (world) [m/s], root angular velocity (body frame) [rad/s], hinges [rad/s].
         """
         return differentiate(self.qpos, self.fps, self.character)
 
 
 def differentiate(qpos: NDArray[np.float64], fps: float, character: Character = humanoid()) -> NDArray[np.float64]:
-    """Generalised velocities of a pose sequence: central differences, one-sided at the ends.
+    """Generalised velocities (T, nv) as `Motion.velocities`: one-sided differences at the ends; 0 for one frame.
 
     Args:
         qpos: (T, nq) poses.
         fps: frames per second [1/s].
-        character: the humanoid.
-
-    Returns:
-        (T, nv) qvel in MuJoCo's convention; zero where there is only one frame.
+        character: the body.
     """
     model = character.model
     n = len(qpos)
@@ -180,6 +168,6 @@ def differentiate(qpos: NDArray[np.float64], fps: float, character: Character = 
         before, after = max(frame - 1, 0), min(frame + 1, n - 1)
         if after > before:
             mujoco.mj_differentiatePos(model, qvel[frame], (after - before) / fps, qpos[before], qpos[after])
-    # mj_differentiatePos gives the rotation in the frame of the earlier pose, half a step or one step before `frame`;
-    # over a step of 1/fps that rotation is about the same axis, so the component vector is the same.
+    # mj_differentiatePos gives the rotation in the frame of the earlier pose. A rotation about a fixed axis has the
+    # same components in the frame of `frame`, and over so short a step the axis is fixed.
     return qvel

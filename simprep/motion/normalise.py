@@ -1,8 +1,7 @@
-"""From file units, axes and rates to metres, z up and a working frame rate; every decision is reported.
+"""From file units, axes and rates to metres, z up and a working frame rate. Every decision is reported.
 
-Nothing is guessed silently: the vertical axis comes from the format, or from how the skeleton stands; the length unit
-from the file, or from the leg length, which fits at most one common unit; an inserted rest pose is recognised by the
-jump after it.
+The vertical axis comes from the format, or from how the skeleton stands; the length unit from the file, or from the leg
+length. An inserted rest pose is recognised by the jump after it.
 """
 
 from dataclasses import dataclass, replace
@@ -18,25 +17,25 @@ from simprep.motion.joint_map import JointMap
 from simprep.motion.motion import MAX_FPS, MIN_FPS
 
 WORKING_FPS = 60.0
-"""Highest output rate unless another is asked for [1/s]."""
+"""Highest output rate by default [1/s]."""
 ACCLAIM_UNIT_M = 0.0254 / 0.45
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "inch": 0.0254, "CMU (0.45 inch)": ACCLAIM_UNIT_M, "foot": 0.3048}
 """Metres per unit of lengths found in motion files."""
 LEG_RANGE_M = (0.55, 1.1)
-"""Thigh plus shank of people: 0.55 m (a child of 1.2 m) to 1.1 m (2.2 m)."""
+"""Thigh plus shank of people of 1.2 m (a child) to 2.2 m."""
 USUAL_LEG_M = (0.65, 1.0)
-"""Thigh plus shank of nearly all: people of 1.35 to 2.0 m. A unit that gives another length is a guess."""
+"""Thigh plus shank of people of 1.35 to 2.0 m, nearly all. A unit that gives another length is a guess."""
 RARE_LEG_M = (0.35, 1.3)
-"""Thigh plus shank of anybody: a small child to a giant in a game. What a guess is weighed against."""
+"""Thigh plus shank of anybody, from a small child to a giant in a game; other possible units are named within it."""
 RARE_UNITS = {"dm": 0.1}
-"""Metres per unit of lengths that are never guessed, only named where the guess is unsure."""
+"""Metres per unit of lengths that are named where a guess is unsure, but never guessed."""
 FOOTWORK_FPS = 120.0
 """Feet are placed at this frame rate at least [1/s]."""
 LARGEST_STRIDE = 8
-"""Of very slow files no more frames than this are made out of one."""
+"""Most frames that are made out of one of a slow file."""
 FARTHEST_M = 10_000.0
 FASTEST = 50.0
-"""Speed of the root no person reaches [m/s]."""
+"""Highest plausible speed of the root [m/s]."""
 UP_ROTATIONS = {
     "z": np.eye(3),
     # y up, facing z (the usual in BVH): z becomes x, x becomes y
@@ -51,12 +50,12 @@ class Normalised:
 
     Attributes:
         clip: the clip in SI units.
-        reference: positions (J, 3) and orientations (J, 3, 3) of a standing pose of the file with straight arms, or
-            None where the file has none.
+        reference: positions (J, 3) and orientations (J, 3, 3) of a pose of the file that stands with straight arms;
+            None without such a pose.
         up: the file's vertical axis.
         scale: metres per file unit.
         warnings: decisions the user should know of.
-        stride: every so many frames of the clip one is a frame of the result.
+        stride: frames of the clip per frame of the result.
     """
 
     clip: SourceClip
@@ -76,8 +75,8 @@ def normalise(
 ) -> Normalised:
     """Bring a clip to SI units, z up, and a frame rate at which feet can be placed.
 
-    That is a whole multiple of the result's, `FOOTWORK_FPS` or just above: when a foot touches down is then the same for
-    every frame rate of the file.
+    That rate is a multiple of the result's, at least `FOOTWORK_FPS`: feet then touch down at the same time whatever the
+    file's rate.
 
     Args:
         clip: the clip as read.
@@ -148,12 +147,7 @@ def _check_travel(clip: SourceClip, joints: JointMap) -> None:
 
 
 def leg_length(positions: NDArray[np.float64], joints: JointMap) -> float:
-    """Thigh plus shank, median over the frames, mean of both sides [unit of the positions].
-
-    Args:
-        positions: (T, J, 3).
-        joints: its joint map.
-    """
+    """Thigh plus shank, of positions (T, J, 3): median over the frames, mean of both sides [unit of the positions]."""
     lengths = []
     for side in SIDES:
         thigh, shank, foot = (joints.joints[f"{side}_{part}"] for part in ("thigh", "shank", "foot"))
@@ -194,7 +188,7 @@ def _length_unit(clip: SourceClip, joints: JointMap, scale: float | None, warnin
 
 
 def _doubt(leg: float, chosen: str) -> str:
-    """What to add where the leg has an unusual length in the unit that was chosen: what else it could be."""
+    """What to add if the chosen unit gives an unusual leg: which other units are possible."""
     units = {**UNITS, **RARE_UNITS}
     low, high = USUAL_LEG_M
     if low <= leg * units[chosen] <= high:
@@ -223,7 +217,7 @@ def _vertical(
     if clip.up is not None:
         return clip.up
     legs = leg_length(clip.positions, joints)
-    # standing, the neck is more than a leg length above the ankles along the vertical; lying or crawling it is not
+    # of a standing person the neck is more than a leg length above the ankles, of a lying or crawling one it is not
     for what, positions in (
         ("the motion", clip.positions),
         ("the inserted rest pose", None if inserted is None else inserted[0][None]),
@@ -247,7 +241,7 @@ def _vertical(
 def _drop_inserted_pose(
     clip: SourceClip, joints: JointMap, warnings: list[str]
 ) -> tuple[SourceClip, tuple[NDArray[np.float64], NDArray[np.float64]] | None]:
-    """A first frame from which the motion jumps is a rest pose that some exporters put in front."""
+    """Remove a first frame from which the motion jumps: a rest pose that some exporters insert."""
     if len(clip.positions) < 8:
         return clip, None
     used = sorted(joints.joints.values())
@@ -264,7 +258,7 @@ def _drop_inserted_pose(
 
 
 def _stands(positions: NDArray[np.float64], joints: JointMap) -> bool:
-    """Whether a pose is a symmetric upright stand with straight arms, fit to calibrate orientations."""
+    """Whether a pose is an upright stand with straight arms, fit to calibrate orientations."""
     at = {role: positions[index] for role, index in joints.joints.items()}
     hips = (at["left_thigh"] + at["right_thigh"]) / 2
     for side in SIDES:
@@ -306,7 +300,7 @@ def _resample(clip: SourceClip, joints: JointMap, fps: float) -> tuple[SourceCli
 
 
 def _used(clip: SourceClip, joints: JointMap) -> list[int]:
-    """Joints that drive something, and those that they hang on."""
+    """Joints that drive something, and their ancestors."""
     used: set[int] = set()
     for joint in (*joints.joints.values(), *joints.trunk):
         while joint >= 0 and joint not in used:
@@ -324,7 +318,7 @@ def _between(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Positions (N, J, 3) and orientations (N, J, 3, 3) at fractions `at` (N,) of frames.
 
-    Orientations are spherical, and bones turn with their joints. Joints that are not used stay as in the frame before.
+    Orientations are interpolated spherically, bones turn with their joints. Unused joints stay as in the frame before.
     """
     low = np.minimum(at.astype(int), max(len(positions) - 2, 0))
     out, turned = positions[low], rotations[low]

@@ -1,4 +1,4 @@
-"""Inverse kinematics of whole clips with `mink`: our joints to their targets, within their limits, over the floor."""
+"""Inverse kinematics of whole clips with `mink`: our joints to their targets, within their limits, above the floor."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,9 +16,9 @@ from simprep.motion.kinematics import bearing_points
 from simprep.motion.targets import ORIENTED, Targets, unit
 
 LARGEST_STEP = 0.5
-"""A step that turns anything by more is shortened [rad]; the next one goes on."""
+"""Largest turn of anything in one step; larger steps are shortened [rad]."""
 FULL_STEPS = 4
-"""Further steps go half their way: where the spine's joints turn against each other, whole ones swing to and fro."""
+"""Number of whole steps. Further ones are halved: where spine joints turn against each other, whole ones oscillate."""
 UNBOUNDED = 1e30
 """No bound, to the solver."""
 
@@ -45,23 +45,21 @@ class RetargetSettings:
         head_cost: weight of the head's orientation [1/rad].
         hand_cost: weight of a hand's orientation [1/rad].
         foot_cost: weight of a foot's tilt [1/rad].
-        foot_turn_cost: weight of its heading [1/rad], which in our body, without torsion of the shank, turns the knee.
-        stance_knee_cost: factor on the position of its knee, which decides the heading together with the foot.
-        twist: a knee this far beside the plane of its standing foot halves the weight of the heading [m]: our shank has
-            no torsion, and knees matter more.
-        beyond: a standing foot whose orientation is still off by this much gets half the weight and is solved again [rad]:
-            what no ankle reaches would move the whole body.
-        stance_cost: factor on the position of a foot that stands.
+        foot_turn_cost: weight of a foot's heading [1/rad]; it turns the knee, as our shank has no torsion.
+        stance_knee_cost: factor on the position of a standing foot's knee, which decides the heading with the foot.
+        twist: a knee this far beside the plane of its standing foot halves the weight of the foot's heading [m].
+        beyond: a standing foot whose orientation is off by this much gets half the weight, once, lest it moves the
+            whole body [rad].
+        stance_cost: factor on the position of a standing foot.
         stance_tilt_cost: factor on its tilt.
         stance_turn_cost: factor on its heading.
-        posture_cost: pull of every hinge to its closed form [1/rad], for what nothing else decides (twist of a straight limb).
-        arm_cost: the same for shoulder and elbow, whose closed form is smooth where the shoulder's hinges line up.
-        neck_cost: the same for the rotations of neck and head, which would else turn against each other to imitate the
-            head's side bending that our body lacks.
+        posture_cost: pull of every hinge to its closed form [1/rad]; decides what is open (twist of a straight limb).
+        arm_cost: the same for shoulder and elbow, whose closed form is smooth where the shoulder's hinges align.
+        neck_cost: the same for the rotations of neck and head, lest they imitate the side bending that our head lacks.
         iterations: largest number of steps per frame.
         tolerance: a step that turns no joint by more than this is the last [rad].
-        loose_tolerance: the same for ankles and the rotation of hips, which hardly move a bone and settle at once [rad].
-        lead: largest turn with which a frame starts beside its closed form [rad].
+        loose_tolerance: the same for ankles and the rotation of hips, which hardly move a bone [rad].
+        lead: a frame starts with the last frame's deviation from closed form if it is below this [rad].
     """
 
     position_cost: float = 1.0
@@ -91,7 +89,7 @@ class Solution:
 
     Attributes:
         qpos: (T, nq).
-        unsettled: (T,) frames whose last step was still larger than the tolerance.
+        unsettled: (T,) frames whose last step still exceeded the tolerance.
     """
 
     qpos: NDArray[np.float64]
@@ -99,10 +97,9 @@ class Solution:
 
 
 class BodyTask(mink.Task):  # type: ignore[misc]
-    """Positions of the 17 roles, orientations of some, and a pull to rest, as one task.
+    """Positions of the 17 roles, orientations of some, and a pull to rest, as one task; faster than a task for each.
 
-    One stacked Jacobian is several times faster than a task for each body. The bones of the arms count by their
-    directions and move the arms alone: an arm that is out of reach never bends the trunk.
+    The bones of the arms count by their directions and move the arms alone: an arm out of reach never bends the trunk.
     """
 
     def __init__(self, character: Character, settings: RetargetSettings, oriented: NDArray[np.bool_]) -> None:
@@ -160,8 +157,8 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         """Targets of one frame.
 
         Args:
-            positions: (17, 3) of the bodies [m].
-            orientations: (5, 3, 3) of the bodies in `ORIENTED`.
+            positions: (17, 3) of the roles [m].
+            orientations: (5, 3, 3) of the roles in `ORIENTED`.
             standing: (2,) which feet stand.
             twisted: (2,) how far each knee is beside the plane of its foot [m].
             rest: (nq,) pose that everything is pulled to a little.
@@ -179,14 +176,11 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.weight = cost[:, None] * self.mask
 
     def yields(self, configuration: Any, standing: NDArray[np.bool_]) -> bool:
-        """Give way to a standing foot whose orientation cannot be had (a robust loss, iteratively reweighted).
+        """Give way, once, to standing feet that cannot be turned as wanted (a reweighted robust loss); whether any is.
 
         Args:
             configuration: the settled pose.
             standing: (2,) which feet stand.
-
-        Returns:
-            whether the frame has to be solved again; once at most.
         """
         if self.gave_way or not standing.any():
             return False
@@ -208,18 +202,18 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         return np.concatenate([off.ravel(), turn.ravel()])
 
     def compute_jacobian(self, configuration: Any) -> NDArray[np.float64]:
-        """Derivative of the error, not yet masked; of the rotation vector to first order, which is exact at the target."""
+        """Derivative of the error, not yet masked; that of the rotation vector is exact at the target."""
         model, data = configuration.model, configuration.data
         for rows, body in self.places:
             mujoco.mj_jacBody(model, data, rows, None, body)
         for rows, body in self.turns:
             mujoco.mj_jacBody(model, data, None, rows, body)
-        for side in SIDES:  # a forearm's own origin does not depend on the shoulder's hinges: its row is right
+        for side in SIDES:  # a forearm's own origin does not depend on the shoulder's hinges, so its row is right
             self.jacobian[PLACE[f"{side}_hand"]] -= self.jacobian[PLACE[f"{side}_forearm"]]
         return self.jacobian
 
     def compute_qp_objective(self, configuration: Any) -> mink.Objective:
-        """Weighted squares of the error and of the way to rest."""
+        """Weighted squares of the error and of the distance to rest."""
         weighted = self.weight * self.compute_jacobian(configuration)
         error = self.cost * self.compute_error(configuration)
         hessian = weighted.T @ weighted
@@ -230,7 +224,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
 
 
 def _rotation_vectors(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotation vectors (N, 3) of (N, 3, 3) matrices, short of half a turn; ten times faster than scipy for a few."""
+    """Rotation vectors (N, 3) of (N, 3, 3) matrices, short of half a turn; for a few ten times faster than scipy."""
     entries = matrices.reshape(-1, 9)
     axis = entries[:, [7, 2, 3]] - entries[:, [5, 6, 1]]  # 2 sin(angle) times the axis
     sine = np.sqrt(np.add.reduce(axis * axis, axis=1)) / 2
@@ -239,10 +233,10 @@ def _rotation_vectors(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 class Floor:
-    """No colliding point of the body below the floor: J_z dq >= -height for every point near it.
+    """Keeps colliding points above the floor: J_z dq >= -height for every point near it.
 
     Args:
-        model: mujoco.MjModel.
+        model: the model.
         near: points higher than this are left out [m].
     """
 
@@ -283,12 +277,9 @@ def solve(
     Args:
         targets: where the joints should be.
         standing: (T, 2) whether each foot's target is a foothold to be met closely.
-        character: the humanoid.
+        character: the body.
         settings: weights and effort.
-        floor: keep the body over the floor z = 0.
-
-    Returns:
-        The poses, and the frames that did not settle.
+        floor: keep the body above the floor z = 0.
 
     Raises:
         MotionError: no solution (targets that are not finite).
@@ -308,7 +299,7 @@ def solve(
             targets.positions[frame], targets.orientations[frame], standing[frame], twisted[frame], start[frame]
         )
         qpos = start[frame].copy()
-        # what the frame before needed beside its closed form; only where it starts is at stake, not where it ends
+        # start with the last frame's deviation from closed form; it changes the start, not the result
         if np.abs(lead[3:]).max() < settings.lead:
             mujoco.mj_integratePos(model, qpos, lead, 1.0)
             qpos[7:] = np.clip(qpos[7:], model.jnt_range[1:, 0], model.jnt_range[1:, 1])
@@ -325,7 +316,7 @@ def solve(
 
 
 def _twisted(targets: Targets) -> NDArray[np.float64]:
-    """How far each knee folds to the side of where its foot points (T, 2) [m]."""
+    """How far each knee folds to the side of its foot's direction (T, 2) [m]."""
     out = np.empty((len(targets.positions), 2))
     for number, side in enumerate(SIDES):
         hip, knee, ankle = (targets.positions[:, ROLES.index(f"{side}_{part}")] for part in ("thigh", "shank", "foot"))
@@ -335,7 +326,7 @@ def _twisted(targets: Targets) -> NDArray[np.float64]:
 
 
 def _step(configuration: Any, task: BodyTask, floor: Floor | None, share: float) -> bool:
-    """This share of one Newton step; returns whether the whole was within the tolerances."""
+    """A share of one Newton step; returns whether the whole was within the tolerances."""
     model = configuration.model
     objective = task.compute_qp_objective(configuration)
     rows, height = floor.rows(configuration.data) if floor else (np.empty((0, model.nv)), np.empty(0))
@@ -346,7 +337,7 @@ def _step(configuration: Any, task: BodyTask, floor: Floor | None, share: float)
     np.subtract(model.jnt_range[1:, 1], configuration.q[7:], out=high[6:n])
     high[n:] = height
     change = _solve(objective, rows, low, high)
-    if change is None and len(rows):  # far below the floor: first back to where the linearisation holds
+    if change is None and len(rows):  # far below the floor: first return to where the linearisation holds
         change = _solve(objective, rows[:0], low[:n], high[:n])
     if change is None:
         raise MotionError("inverse kinematics found no solution for a frame")

@@ -1,4 +1,4 @@
-"""A body that hovers without flying is set down: what captured crawls leave between their hands, knees and the floor."""
+"""Setting down a body that hovers without flying. Captured crawls leave gaps between hands, knees and the floor."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,27 +10,25 @@ from simprep.motion.contacts import stances
 from simprep.motion.kinematics import body_clearance, forward_kinematics
 
 HOVER_M = 0.005
-"""A body whose lowest point is higher than this touches nothing."""
+"""A body whose lowest point is higher than this touches nothing [m]."""
 LEAST_S = 0.1
-"""Shorter gaps tell nothing about the acceleration in them."""
+"""Shorter gaps do not tell the acceleration in them [s]."""
 FALL_SHARE = 0.5
-"""A body that accelerates downward with more than this share of gravity is in flight, not hovering."""
+"""A body is in flight if it accelerates downward with more than this share of gravity; else it hovers."""
 SMOOTHING_S = 0.04
 
 
 def set_down(qpos: NDArray[np.float64], fps: float, character: Character, cyclic: bool = False) -> NDArray[np.float64]:
-    """Lower the root in the spans in which nothing touches the floor although the body does not fall freely.
+    """Distance (T,) by which each frame is to be lowered, 0 or more and never into the floor [m].
 
-    Whether a span is flight is read from the parabola that fits its COM height best. Nothing is lowered below the floor.
+    Frames are lowered in the spans in which nothing touches the floor although the body does not fall freely. The
+    parabola that fits its COM height best tells whether it falls.
 
     Args:
-        qpos: (T, 44) poses.
+        qpos: (T, nq) poses.
         fps: frames per second [1/s].
-        character: the humanoid.
+        character: the body.
         cyclic: the last frame is followed by the first.
-
-    Returns:
-        (T,) by how much each frame is to be lowered [m], 0 or more.
     """
     n = len(qpos)
     shown = np.arange(-n, 2 * n) % n if cyclic else np.arange(n)

@@ -1,4 +1,4 @@
-"""simprep's own motion file: one .npz with a schema version and the identity of the model its poses belong to."""
+"""simprep's motion file: one .npz with a schema version and the identity of the character."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -19,14 +19,11 @@ SCHEMA = "simprep.motion/1"
 
 
 def save_motion(motion: Motion, path: str | Path) -> Path:
-    """Write a motion to .npz, atomically (a temporary file, then a rename).
+    """Write a motion to .npz, atomically; returns the path written.
 
     Args:
         motion: what to write.
         path: the file; `.npz` is appended if missing.
-
-    Returns:
-        The path written.
     """
     header = {
         "schema": SCHEMA,
@@ -47,8 +44,8 @@ def read_motion(path: str | Path) -> Motion:
         path: the .npz file, or a folder with one.
 
     Raises:
-        MotionFileError: missing, not ours, another schema version or another model, damaged; a known file of others is
-            named.
+        MotionFileError: missing, damaged, no motion file, another schema version or another model. A known foreign kind
+            of file is named.
     """
     with open_archive(path, "simprep motion", SCHEMA, foreign=npz_kind) as (header, archive):
         character = character_of_header(header)
@@ -65,18 +62,11 @@ def read_motion(path: str | Path) -> Motion:
 
 
 def read_poses(archive: Mapping[str, NDArray[Any]], name: str) -> NDArray[np.float64]:
-    """Poses of a file of ours, before `Motion` looks at them.
-
-    Args:
-        archive: the open file.
-        name: of the entry.
-
-    Returns:
-        (T, 44).
+    """Poses (T, nq) of a file, by the name of their entry, before `Motion` checks them.
 
     Raises:
         KeyError: no such entry.
-        MotionError: no floats, more of them than a clip may have, or beyond all sense.
+        MotionError: no floats, too many, or some beyond `LARGEST`.
     """
     poses = archive[name]
     if poses.dtype.kind != "f" or poses.size > MAX_VALUES:

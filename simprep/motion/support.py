@@ -1,7 +1,7 @@
 """Support polygons: convex hulls of foot points on the floor, for all frames at once, degenerate cases included.
 
-With at most a dozen points a frame, every ordered pair is tested as a hull edge (all points to its left), which
-vectorises over frames. Points closer than a micrometre count as one, and hulls thinner than that as a segment.
+Every ordered pair of a frame's points is tested as a hull edge (all points to its left), which vectorises over frames.
+Points closer than a micrometre count as one, and thinner hulls as a segment.
 """
 
 import numpy as np
@@ -13,16 +13,13 @@ _SAME_M = 1e-6
 def support_points(
     foot_points: NDArray[np.float64], contacts: NDArray[np.bool_]
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-    """Points on the floor that span the support polygon: every point of every supporting foot.
+    """Points (T, 2 P, 2) on the floor that span the support polygon [m], left foot first, and which count (T, 2 P).
 
-    That is the 2013 paper's convention: a foot that has rolled onto its toes still counts with its whole sole.
+    As in the 2013 paper, every point of a supporting foot counts, even if it has rolled onto its toes.
 
     Args:
         foot_points: (T, 2, P, 3) points under the left and right foot, world [m].
         contacts: (T, 2) supporting feet.
-
-    Returns:
-        Points (T, 2 P, 2) on the floor [m], left foot first, and which of them count (T, 2 P).
     """
     frames, feet, count, _ = foot_points.shape
     mask = np.repeat(np.asarray(contacts, dtype=bool), count, axis=1)
@@ -30,15 +27,14 @@ def support_points(
 
 
 def hull_edges(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Edges of the convex hull of every frame's points.
+    """Edges (T, P, P) of every frame's convex hull: [t, i, j] is True if i to j is one.
+
+    They run counter-clockwise and are as long as possible. Collinear points have the two opposite edges between the
+    extremes, a single point has none.
 
     Args:
         points: (T, P, 2) on the floor [m].
         mask: (T, P) points that count.
-
-    Returns:
-        (T, P, P): entry [t, i, j] is True where i to j is a hull edge, counter-clockwise and of maximal length;
-        collinear points give the two opposite edges between the extremes, a single point none.
     """
     points, mask = np.asarray(points, dtype=np.float64), np.asarray(mask, dtype=bool)
     difference = points[:, None, :, :] - points[:, :, None, :]  # (T, i, j, 2) from i to j
@@ -59,14 +55,11 @@ def hull_edges(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[
 
 
 def support_centre(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.float64]:
-    """Centre of the support polygon (the 2013 paper's COS): the area centroid; the midpoint of a segment; the point itself.
+    """Centre of support (T, 2): area centroid of the polygon, midpoint of a segment, or the point; else NaN [m].
 
     Args:
         points: (T, P, 2) [m].
         mask: (T, P) points that count.
-
-    Returns:
-        (T, 2); NaN where no point counts.
     """
     edges = hull_edges(points, mask)
     count = mask.sum(axis=1)
@@ -88,16 +81,14 @@ def support_centre(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDAr
 def signed_distance(
     points: NDArray[np.float64], mask: NDArray[np.bool_], query: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Signed distance of a floor point to the edge of the support polygon.
+    """Distance (T,) of a floor point to the edge of the support polygon, positive inside, negative outside [m].
+
+    A segment and a single point have no inside. NaN where no point counts or the query is NaN.
 
     Args:
         points: (T, P, 2) [m].
         mask: (T, P) points that count.
         query: (T, 2) [m].
-
-    Returns:
-        (T,) [m]: positive inside, negative outside; never positive for a segment or a single point, which have no
-        inside; NaN where no point counts or the query is NaN.
     """
     edges = hull_edges(points, mask)
     start = points[:, :, None, :]
@@ -114,28 +105,22 @@ def signed_distance(
 
 
 def inside(points: NDArray[np.float64], mask: NDArray[np.bool_], query: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Whether a floor point lies in the support polygon, its edge included; never in a segment or a single point.
+    """Whether (T,) a floor point lies in the support polygon or on its edge; never in a segment or a single point.
 
     Args:
         points: (T, P, 2) [m].
         mask: (T, P) points that count.
         query: (T, 2) [m].
-
-    Returns:
-        (T,).
     """
     return _inside(points, hull_edges(points, mask), query)
 
 
 def polygons(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> list[NDArray[np.float64]]:
-    """Corners of every frame's support polygon.
+    """Corners (k, 2) of every frame's support polygon, counter-clockwise; 2 of a segment, 1 of a point, else 0 [m].
 
     Args:
         points: (T, P, 2) [m].
         mask: (T, P) points that count.
-
-    Returns:
-        T arrays (k, 2), counter-clockwise; two corners for a segment, one for a point, none without support.
     """
     points, mask = np.asarray(points, dtype=np.float64), np.asarray(mask, dtype=bool)
     edges = hull_edges(points, mask)

@@ -1,6 +1,6 @@
 """Where the joints of our body should be: the source's bone directions with our bone lengths, root aligned.
 
-The residual of an import is measured against these targets, so they must not depend on what our joints can do.
+The residual of an import is measured against these targets, so they do not depend on what our joints can do.
 """
 
 from dataclasses import dataclass, replace
@@ -17,12 +17,12 @@ HEAD, LEFT_HAND, RIGHT_HAND, LEFT_FOOT, RIGHT_FOOT = (
     ROLES.index(name) for name in ("head", "left_hand", "right_hand", "left_foot", "right_foot")
 )
 ORIENTED = (HEAD, LEFT_HAND, RIGHT_HAND, LEFT_FOOT, RIGHT_FOOT)
-"""Bodies whose orientation the joint positions leave open."""
+"""Roles whose orientation the joint positions leave open."""
 
 SHORTEST_FOOT = 0.04
-"""A toe that is less than this ahead of its ankle, in plan, tells no direction [m]."""
+"""A toe less than this ahead of its ankle, in plan, tells no direction [m]."""
 UPRIGHT = 0.45
-"""A shank whose rise is less than this share of its length does not stand on its foot: it kneels or lies."""
+"""A leg stands if its shank rises by at least this share of its length; else it kneels or lies."""
 STILL_SPEED = 0.25
 """An ankle slower than this, and low, stands on a flat foot [m/s]."""
 
@@ -32,14 +32,14 @@ class Targets:
     """Targets of the retargeting, in the world, z up.
 
     Attributes:
-        positions: (T, 17, 3) targets of the origins of the segments, by role, in the order of `simprep.character.ROLES` [m].
-        orientations: (T, 5, 3, 3) targets of the bodies in `ORIENTED`.
+        positions: (T, 17, 3) targets of the segments' origins, in the order of `simprep.character.ROLES` [m].
+        orientations: (T, 5, 3, 3) targets of the roles in `ORIENTED`.
         oriented: (5,) which of these the source tells.
         fps: frames per second [1/s].
         step: (3,) displacement over one cycle [m], or None.
         warnings: what could not be told.
-        travel_kept: whether the way over the floor is the recorded one, which then must not be moved.
-        stride: every so many frames one is a frame of the result.
+        travel_kept: whether the path over the floor is the recorded one, which must not be moved.
+        stride: frames per frame of the result.
     """
 
     positions: NDArray[np.float64]
@@ -69,15 +69,7 @@ def unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def frame_from(left: NDArray[np.float64], up: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Orientations whose y axis is along `left` and whose z axis is as near to `up` as that allows.
-
-    Args:
-        left: (..., 3).
-        up: (..., 3).
-
-    Returns:
-        (..., 3, 3), columns x, y, z.
-    """
+    """Orientations (..., 3, 3) with y along `left` and z as near to `up` as possible, both (..., 3)."""
     y = unit(left)
     x = unit(np.cross(y, up))
     return np.stack([x, y, np.cross(x, y)], axis=-1)
@@ -86,16 +78,16 @@ def frame_from(left: NDArray[np.float64], up: NDArray[np.float64]) -> NDArray[np
 def build_targets(source: Normalised, joints: JointMap, character: Character, keep_travel: bool = False) -> Targets:
     """Give the source's bones our lengths.
 
-    Travel and pelvis height are scaled by the ratio of the leg lengths. Where the source has other trunk joints than
-    ours, our two spine joints take the points at their share of the arc length from the hips to the neck. The shoulders
-    keep their movement against the trunk, about our resting place.
+    Travel and pelvis height are scaled by the ratio of the leg lengths. Our two spine joints lie at their share of the
+    arc length from the source's hips to its neck. The shoulders keep their movement against the trunk, about our
+    resting place.
 
     Args:
         source: the clip in metres, z up.
         joints: its joint map.
-        character: the humanoid.
-        keep_travel: leave the way over the floor as recorded, so that several people keep the distances between them;
-            strides then fit the legs less well.
+        character: the body.
+        keep_travel: keep the recorded path over the floor, and so the distances between several people; strides then
+            fit the legs less well.
     """
     clip = source.clip
     offset = rest_offsets(character)
@@ -165,20 +157,17 @@ def build_targets(source: Normalised, joints: JointMap, character: Character, ke
 
 
 def rest_offsets(character: Character) -> dict[str, NDArray[np.float64]]:
-    """From each role to the next in the reference pose (3,) [m]; of a trunk's parts that a character lacks, a guess.
+    """From each role to the next in the reference pose (3,) [m]; guessed for lacking parts of the trunk.
 
-    A spine of one joint is taken as two, a fifth of the trunk and three fifths of it above the hips; the neck begins
-    between the shoulders, and the head is 0.1 m above it.
-
-    Args:
-        character: the body.
+    Without an abdomen, a joint is added two fifths of the way from pelvis to thorax. Without a neck, it begins between
+    the shoulders. Without a head, it is 0.1 m above the neck.
 
     Raises:
-        SettingError: it lacks an arm, a leg or the thorax.
+        SettingError: the character lacks an arm, a leg or the thorax.
     """
     offset = {role: character.rest_offset(role) for role in ROLES if character.has(role)}
     for role in ROLES[5:]:
-        character.segment(role)  # says what is missing
+        character.segment(role)  # raises an error that names what is missing
     if not character.has("abdomen"):
         offset["abdomen"], offset["thorax"] = (
             0.4 * character.rest_offset("thorax"),
@@ -194,7 +183,7 @@ def rest_offsets(character: Character) -> dict[str, NDArray[np.float64]]:
 def _along_trunk(
     hips: NDArray[np.float64], trunk: NDArray[np.float64], shares: tuple[float, float]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Points at shares of the arc length of the polyline from the hips along the trunk's joints (T, K, 3)."""
+    """Two points at shares of the arc length from the hips along the trunk's joints (T, K, 3)."""
     points = np.concatenate([hips[:, None], trunk], axis=1)
     segments = np.median(np.linalg.norm(np.diff(points, axis=1), axis=-1), axis=0)
     arc = np.concatenate([[0.0], np.cumsum(segments)])
@@ -212,7 +201,7 @@ def _mean_rotation(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _snap(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The rotation between coordinate axes nearest to a rotation, if within 30 degrees; else the rotation itself."""
+    """The nearest rotation between coordinate axes, if within 30 degrees; else the rotation itself."""
     cube = Rotation.create_group("O")
     angles = np.asarray((cube.inv() * Rotation.from_matrix(rotation)).magnitude())
     best = int(np.argmin(angles))
@@ -223,11 +212,7 @@ def _pelvis(source: Normalised, joints: JointMap, trunk: NDArray[np.float64]) ->
     """Orientation of the pelvis: that of the joint that carries the thighs, upright when the person is.
 
     The lowest bone of the spine does not tell it: skeletons put its joints centimetres before or behind the hips.
-
-    Args:
-        source: the clip.
-        joints: its joint map.
-        trunk: (T, 3, 3) frames of the hip line and the line from the hips to the neck.
+    `trunk` (T, 3, 3) are the frames of the hip line and the line from the hips to the neck.
     """
     joint = joints.trunk[0]
     rotations = source.clip.rotations[:, joint]
@@ -235,7 +220,7 @@ def _pelvis(source: Normalised, joints: JointMap, trunk: NDArray[np.float64]) ->
         offset = source.reference[1][joint].T @ _reference_heading(source, joints)
     else:  # on average in line with the trunk
         offset = _mean_rotation(np.swapaxes(rotations, -1, -2) @ trunk)
-    # the hip line is kept exactly: pelvis joints with several children can differ from it by a little
+    # keep the hip line exactly: pelvis joints with several children can differ from it
     return frame_from(trunk[:, :, 1], (rotations @ offset)[:, :, 2])
 
 
@@ -253,7 +238,7 @@ def _head(source: Normalised, joints: JointMap, thorax: NDArray[np.float64]) -> 
     if source.reference is not None:
         offset = source.reference[1][joint].T @ _reference_heading(source, joints)
     else:
-        # no pose to calibrate with: on average the head looks where the chest faces
+        # without a pose to calibrate with, the head looks on average where the chest faces
         offset = _snap(_mean_rotation(np.swapaxes(rotations, -1, -2) @ thorax))
     return np.asarray(rotations @ offset)
 
@@ -274,13 +259,13 @@ def _hand(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64
 def _foot(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64] | None:
     """Orientation of the foot, calibrated so that the sole is flat while the foot stands; None if nothing tells it.
 
-    A toe straight below its ankle, or nearly, tells no direction: what counts is how far ahead of it the toe is.
+    A toe straight below its ankle, or nearly, tells no direction.
     """
     clip = source.clip
     ankle = joints.joints[f"{side}_foot"]
     toe = joints.joints.get(f"{side}_toe")
     if toe is not None and np.median(np.linalg.norm(clip.positions[:, toe] - clip.positions[:, ankle], axis=-1)) < 0.02:
-        toe = None  # a joint that only exists by name
+        toe = None  # the joint exists by name only
     rotations = clip.rotations[:, ankle]
     knee = joints.joints[f"{side}_shank"]
     standing = _standing_frames(clip.positions[:, ankle], clip.positions[:, knee], clip.fps)
@@ -304,7 +289,7 @@ def _foot(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64
     else:
         return None
     if standing.sum() >= 0.15 * clip.fps:
-        # the sole is level while the foot stands: take out the mean tilt, as far as that is a matter of markers
+        # the sole is level while the foot stands: remove the mean tilt if it is small enough to come from markers
         up = unit(np.median((np.swapaxes(rotations[standing] @ offset, -1, -2) @ vertical), axis=0))
         axis = np.cross(vertical, up)
         angle = float(np.arctan2(np.linalg.norm(axis), up[2]))
@@ -314,12 +299,12 @@ def _foot(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64
 
 
 def _standing_frames(ankle: NDArray[np.float64], knee: NDArray[np.float64], fps: float) -> NDArray[np.bool_]:
-    """Frames in which a foot stands under its shank: its ankle low and still; of a runner, when it is slowest."""
+    """Frames in which a foot stands under its shank: its ankle low and still, or at its slowest (runners)."""
     shank = knee - ankle
     upright = shank[:, 2] > UPRIGHT * np.linalg.norm(shank, axis=-1)
     if len(ankle) < 3:
         return np.asarray(upright)
-    # without the vertical speed, which the hips carry into every joint where a file has lost their height
+    # without the vertical speed: where a file has lost the hips' height, they carry it into every joint
     speed = np.linalg.norm(np.gradient(ankle[:, :2], 1 / fps, axis=0), axis=-1)
     standing = (speed < STILL_SPEED) & (ankle[:, 2] < np.percentile(ankle[:, 2], 5) + 0.02) & upright
     if standing.sum() < 3:

@@ -1,1 +1,1 @@
-"""physics."""
+"""Simulation of bodies that track motions."""

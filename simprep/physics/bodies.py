@@ -1,4 +1,4 @@
-"""Who is who in a scene: which states, segments, geoms and actuators belong to which body."""
+"""Which states, segments, geoms and actuators of a scene belong to which body."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -52,10 +52,7 @@ class SceneBody:
     joint_qvel: IntArray
 
     def segment(self, name: str) -> int:
-        """Index of a segment in `segment_names`.
-
-        Args:
-            name: without prefix.
+        """Index of a segment in `segment_names`, by its name without prefix.
 
         Raises:
             SettingError: the body has no such segment.
@@ -76,7 +73,7 @@ class SceneBody:
 
 
 def scene_bodies(model: mujoco.MjModel, characters: Sequence[Character]) -> tuple[SceneBody, ...]:
-    """The bodies of a scene, in its order; a model with fewer joints or actuators than its characters will do.
+    """The bodies of a scene, in its order. The model may lack joints and actuators of its characters.
 
     Args:
         model: of a scene made by `simprep.scene.build_scene`.
@@ -115,15 +112,13 @@ def _scene_body(model: mujoco.MjModel, character: Character, number: int, free: 
 
 
 def geom_owners(model: mujoco.MjModel, bodies: Sequence[SceneBody]) -> tuple[IntArray, IntArray]:
-    """Owner and segment of every geom of a scene.
+    """Owner and segment of every geom of a scene, both (ngeom,); `WORLD` if there is none.
+
+    The owner is the number of a body, the segment an index in its `segment_names`.
 
     Args:
         model: of the scene.
         bodies: its bodies.
-
-    Returns:
-        owner: (ngeom,) number of the body, or `WORLD`.
-        segment: (ngeom,) index in the `segment_names` of its owner, or `WORLD`.
     """
     owner = np.full(model.nbody, WORLD, dtype=np.intp)
     segment = np.full(model.nbody, WORLD, dtype=np.intp)

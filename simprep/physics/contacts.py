@@ -1,4 +1,4 @@
-"""Contacts between bodies: read at every step, merged into one event for every touch of two segments."""
+"""Contacts between bodies: read at every step, merged into one contact for every touch of two segments."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,21 +11,21 @@ from simprep.physics.bodies import SceneBody, geom_owners
 from simprep.physics.overlap import between_bodies, deepest_overlap
 
 TOLERANCE_S = 1 / 60
-"""Touches of the same two segments that are less apart than this are one contact."""
+"""Touches of the same two segments within this time are one contact."""
 
 FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class BodyContact:
-    """One segment of a body touching one of another, from the first step of contact to the last.
+    """A segment of a body touching one of another, from the first step of contact to the last.
 
     Attributes:
         start_s: time of the first touch [s].
         duration_s: until the last step of contact [s]; breaks shorter than the tolerance do not end it.
         bodies: numbers of the two bodies, the lower one first.
         parts: the segment of the first body and that of the second.
-        impulse: (x, y, z) of the contact force of the first body on the second over the contact, world frame [N s].
+        impulse: (x, y, z) of the first body on the second over the contact, world frame [N s].
         peak_force_n: largest contact force [N].
         closing_speed: of the surfaces along the contact normal at the first touch [m/s]; negative when they part.
         position: (x, y, z) where they touch, at the peak, world frame [m].
@@ -72,12 +72,7 @@ class Touch:
 
 
 class ContactReader:
-    """Reads contacts between the bodies of a scene, step by step.
-
-    Args:
-        model: of the scene.
-        bodies: of the scene.
-        steps: steps at most.
+    """Reads contacts between the bodies of a scene, for at most `steps` steps.
 
     Attributes:
         touches: in order of time.
@@ -96,12 +91,7 @@ class ContactReader:
         self.unconverged = np.zeros(steps, dtype=bool)
 
     def step(self, step: int, data: mujoco.MjData) -> None:
-        """Read a step.
-
-        Args:
-            step: index of the step.
-            data: after it: contacts and positions are those at its begin.
-        """
+        """Read a step. `data`, taken after it, holds contacts and positions of its beginning."""
         self.unconverged[step] = data.solver_niter.max() >= self._model.opt.iterations
         if len(self._bodies) == 1 or not data.ncon:
             return
@@ -132,7 +122,7 @@ class ContactReader:
             self.touches.append(Touch(step, (a, b), parts, total, *deepest[1:]))
 
     def _velocity(self, data: mujoco.MjData, geom: int, position: FloatArray) -> FloatArray:
-        """Velocity of a segment's point at the begin of the step (3,)."""
+        """Velocity (3,) of a segment's point at the beginning of the step [m/s]."""
         segment = self._body[geom]
         spatial = data.cvel[segment]  # about the COM of the whole body
         return np.asarray(spatial[3:] + np.cross(spatial[:3], position - data.subtree_com[self._root[segment]]))
@@ -141,15 +131,12 @@ class ContactReader:
 def merge_touches(
     touches: Sequence[Touch], timestep: float, tolerance_s: float = TOLERANCE_S
 ) -> tuple[BodyContact, ...]:
-    """One contact for every uninterrupted touch of the same two segments.
+    """One contact for every uninterrupted touch of the same two segments, by time of the first touch.
 
     Args:
         touches: in order of time.
         timestep: duration of a step [s].
         tolerance_s: longest break within a contact [s].
-
-    Returns:
-        By time of the first touch.
     """
     longest = round(tolerance_s / timestep)
     chains: dict[tuple[tuple[int, int], tuple[str, str]], list[list[Touch]]] = {}

@@ -1,7 +1,6 @@
-"""What a controller is: something that turns the simulated state into servo targets. And the plain one, `pd`.
+"""What a controller is: it turns the simulated state into servo targets. Also the plain one, `pd`.
 
-A controller of your own is any class or function that takes a `ControlTask` and returns an object with the three
-members of `Controller`:
+A controller is any class or function that takes a `ControlTask` and returns an object with the members of `Controller`:
 
     class Still:
         name = "still"
@@ -50,28 +49,25 @@ class ControlTask:
 
 
 class Controller(Protocol):
-    """Chooses servo targets at every simulation step; it never touches the state or applies forces.
+    """Chooses servo targets at every simulation step. It never touches the state or applies forces.
 
-    One that simulates by itself may say in an attribute `simulation_s` how much computing time that took so far [s].
+    A controller that simulates may have an attribute `simulation_s`: the computing time of that so far [s].
     """
 
     name: str
     """For tables, files and the record."""
 
     def target(self, step: int, data: mujoco.MjData) -> NDArray[np.float64]:
-        """Servo targets for the coming step.
+        """Servo targets for the coming step, (model.nu,) joint angles of all bodies' actuators [rad].
 
         Args:
             step: index of the current state in the references.
             data: the current state; read only.
-
-        Returns:
-            (model.nu,) joint angles [rad], the actuators of all bodies.
         """
         ...
 
     def settings(self) -> dict[str, Any]:
-        """Configuration in JSON's types, for the record; asked when the run has ended."""
+        """Configuration in JSON's types, for the record; read when the run has ended."""
         ...
 
 
@@ -79,25 +75,19 @@ class ControllerFactory(Protocol):
     """Makes the controller of one run: a class, or a function."""
 
     def __call__(self, task: ControlTask, /) -> Controller:
-        """Make it.
-
-        Args:
-            task: what it has to do.
-        """
+        """Make the controller of a task."""
         ...
 
 
 def feedforward_targets(reference: Reference, body: SceneBody) -> NDArray[np.float64]:
-    """Servo targets that reproduce the reference's velocity: q* + (kd / kp) q̇*.
+    """Servo targets (N + 1, controls) that reproduce the reference's velocity, q* + (kd / kp) q̇* [rad].
 
-    A servo with torque kp (u - q) - kd q̇ brakes a joint that moves as it should unless the target leads by this much.
+    A servo with torque kp (u - q) - kd q̇ brakes its joint unless the target leads by this much. Entry k is the target
+    during step k, taken at its end.
 
     Args:
         reference: what to track, N + 1 steps.
         body: who tracks it.
-
-    Returns:
-        (N + 1, controls) [rad]. Entry k is the target during step k, taken at its end.
     """
     kp, kd = body.character.gains.T
     targets = reference.qpos[:, body.joint_qpos] + (kd / kp) * reference.qvel[:, body.joint_qvel]
@@ -105,11 +95,7 @@ def feedforward_targets(reference: Reference, body: SceneBody) -> NDArray[np.flo
 
 
 class PdController:
-    """Joint servos to the reference, nothing else: the papers' servo and an honest lower bound.
-
-    Args:
-        task: what to track.
-    """
+    """Joint servos to the reference, nothing else: the papers' servo, a lower bound for other controllers."""
 
     name = "pd"
 

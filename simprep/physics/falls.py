@@ -1,4 +1,4 @@
-"""When a simulated run is over before its time: falls and divergence."""
+"""What ends a simulated run before its time: falls and divergence."""
 
 from dataclasses import dataclass
 
@@ -15,7 +15,7 @@ class FallRule:
     """When a run counts as a fall.
 
     Attributes:
-        drop: the pelvis or head, if there is one, is lower than the reference's by more than this [m].
+        drop: the pelvis or head is lower than the reference's by more than this [m].
         clearance: or pelvis, trunk, neck or head touch the floor while the reference's is higher than this [m].
     """
 
@@ -26,18 +26,18 @@ class FallRule:
 def fall(
     data: mujoco.MjData, body: SceneBody, reference: Reference, step: int, ground: GroundReader, rule: FallRule
 ) -> str:
-    """The rule by which a body's state is a fall, in words; empty if it is none.
+    """The rule by which a body has fallen, in words; empty if it has not.
 
     Args:
         data: after the step.
-        body: whose state.
+        body: which body.
         reference: what it tracks.
         step: index of the state in the reference.
         ground: of this body.
         rule: what counts as a fall.
     """
     heights = data.xpos[body.segments, 2]
-    goal = reference.kinematics.xpos[step - 1, :, 2]  # xpos belongs to the state before the step
+    goal = reference.kinematics.xpos[step - 1, :, 2]  # data.xpos belongs to the state before the step
     for name in [role for role in ("pelvis", "head") if body.character.has(role)]:
         index = body.character.segment(name)
         if heights[index] < goal[index] - rule.drop:
@@ -57,12 +57,8 @@ _BAD_WARNINGS = (
 
 
 def divergence(data: mujoco.MjData) -> str:
-    """Why the last step is not data, in words; empty if it is.
-
-    Args:
-        data: after the step.
-    """
-    # MuJoCo resets a state that turned NaN by itself, so finite numbers alone prove nothing
+    """Why the last step of `data` is invalid, in words; empty if it is valid."""
+    # MuJoCo resets a state that turned NaN, so finite numbers alone prove nothing
     for kind in _BAD_WARNINGS:
         if data.warning[kind].number:
             return f"MuJoCo warning {mujoco.mjtWarning(kind).name}"

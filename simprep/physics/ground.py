@@ -1,4 +1,4 @@
-"""What the floor and the obstacles do to the body: forces, centre of pressure, penetration, touching trunk."""
+"""What floor and obstacles do to a body: forces, centre of pressure, penetration, contacts of the trunk."""
 
 from dataclasses import dataclass
 
@@ -13,7 +13,7 @@ LEAST_LOAD_N = 20.0
 
 @dataclass(frozen=True)
 class GroundReading:
-    """Contact of the body with the world at one step.
+    """Contact of a body with the world at one step.
 
     Attributes:
         force: (3,) total force on the body, world frame [N].
@@ -29,12 +29,7 @@ class GroundReading:
 
 
 class GroundReader:
-    """Reads contacts between one body and the world; holds index maps only.
-
-    Args:
-        model: of the scene.
-        body: which body of it.
-    """
+    """Reads contacts between one body of a scene and the world."""
 
     def __init__(self, model: mujoco.MjModel, body: SceneBody) -> None:
         self._model = model
@@ -47,11 +42,7 @@ class GroundReader:
         self._buffer = np.zeros(6)
 
     def read(self, data: mujoco.MjData) -> GroundReading:
-        """Forces of all world contacts of the last step.
-
-        Args:
-            data: after mj_step.
-        """
+        """Forces of all world contacts of the last step; `data` is taken after it."""
         total = np.zeros(3)
         foot_force = np.zeros((2, 3))
         moment, load, depth = np.zeros(2), 0.0, 0.0
@@ -59,7 +50,7 @@ class GroundReader:
         bodies = self._body_of_geom[contact.geom] if data.ncon else np.zeros((0, 2), int)
         for index in range(data.ncon):
             first, second = int(bodies[index, 0]), int(bodies[index, 1])
-            body = first or second  # the world is 0
+            body = first or second  # 0 is the world
             if (first and second) or body not in self._own:
                 continue
             mujoco.mj_contactForce(self._model, data, index, self._buffer)
@@ -78,7 +69,7 @@ class GroundReader:
         return GroundReading(total, foot_force, centre, depth)
 
     def trunk_contacts(self, data: mujoco.MjData) -> list[tuple[int, str]]:
-        """Trunk and head bodies that touch the floor: (index in the body's segments, name)."""
+        """Segments of trunk and head that touch the floor: (index in the body's segments, name)."""
         touching = []
         for pair in data.contact.geom if data.ncon else ():
             if self._floor in pair:

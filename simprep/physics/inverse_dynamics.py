@@ -1,7 +1,7 @@
 """Joint torques that a reference motion needs, with the floor bearing the body: the feed-forward of `mpc`'s servos.
 
-A servo that only follows angles must be off its target by torque / kp to bear a load: a third of a radian at the ankle
-of a walking person. Inverse dynamics says beforehand how much, so that sampling starts near the solution.
+To bear a load, a servo must be off its target by torque / kp, a third of a radian at the ankle of a walking person.
+Inverse dynamics tells this in advance, so that sampling starts near the solution.
 """
 
 from copy import copy
@@ -41,23 +41,20 @@ class InverseDynamicsSettings:
 
 
 def needed_torques(reference: Reference, settings: InverseDynamicsSettings | None = None) -> NDArray[np.float64]:
-    """Joint torques of the reference by inverse dynamics (`mj_inverse`) with the best floor contact forces.
+    """Actuator torques (N + 1, controls) that the reference needs, by inverse dynamics (`mj_inverse`) [N m].
 
-    Per frame, contact forces within the friction pyramid at all points of the body near the floor that supply the root's
-    six rows of the equations of motion as well as they can (non-negative least squares); what they cannot supply is
-    left out, since nothing else may push the root.
+    In each frame, contact forces within the friction pyramid, at all points near the floor, supply the root's six rows
+    of the equations of motion as well as they can (non-negative least squares). The rest is left out, since nothing
+    else may push the root.
 
     Args:
         reference: the motion at the simulation's steps.
         settings: rate, smoothing and contact settings.
-
-    Returns:
-        (N + 1, controls) [N m], in the order of the actuators.
     """
     settings = settings or InverseDynamicsSettings()
     fps = reference.motion.fps
     model = reference.motion.character.model
-    # the shared model is read only; contacts are ours to find, and limits do not push in a reference
+    # a copy, because the model is shared; contacts are found here, and limits must not push
     model = _without_constraints(model)
     data = mujoco.MjData(model)
     sigma = settings.smoothing * fps
@@ -79,18 +76,10 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
 
 
 def nonnegative_least_squares(matrix: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
-    """x >= 0 that minimises the norm of matrix x - wanted.
-
-    Args:
-        matrix: (m, n).
-        wanted: (m,).
-
-    Returns:
-        (n,).
-    """
+    """x >= 0 (n,) that minimises the norm of matrix x - wanted, for a matrix (m, n) and wanted (m,)."""
     try:
         return np.asarray(nnls(matrix, wanted)[0])
-    except RuntimeError:  # the active set of a degenerate problem can cycle; the interior-point method cannot
+    except RuntimeError:  # the active set of a degenerate problem can cycle, the interior-point method cannot
         return np.maximum(lsq_linear(matrix, wanted, bounds=(0.0, np.inf), tol=1e-10).x, 0.0)
 
 
@@ -116,7 +105,7 @@ def _contact_torques(
     needed: NDArray[np.float64],
     settings: InverseDynamicsSettings,
 ) -> NDArray[np.float64]:
-    """Generalised force of the contact forces that supply the root's rows best, (nv,)."""
+    """Generalised force (nv,) of the contact forces that supply the root's rows best."""
     jacobians, heights = [], []
     jacobian = np.zeros((3, model.nv))
     for body, geom, end, radius in candidates:
@@ -131,7 +120,7 @@ def _contact_torques(
     edges = _EDGES * [settings.friction, settings.friction, 1.0]
     columns = np.concatenate([edges @ jac for jac in jacobians])  # (4 points, nv): generalised force of unit pushes
     weight = model.body_mass.sum() * GRAVITY
-    # a point just above the floor in the reference may well bear load in the simulation, but less likely so
+    # a point just above the floor in the reference is less likely to bear load in the simulation
     reluctance = settings.regularisation * (1 + 50 * (np.repeat(heights, 4) / settings.reach) ** 2)
     system = np.concatenate([columns[:, :6].T, np.diag(reluctance)])
     pushes = nonnegative_least_squares(system, np.concatenate([needed[:6] / weight, np.zeros(len(columns))]))

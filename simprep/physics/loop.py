@@ -22,12 +22,12 @@ from simprep.physics.run import DIVERGED, DONE, FELL
 
 @dataclass(frozen=True)
 class Recording:
-    """What came out of a loop.
+    """Result of a simulation loop.
 
     Attributes:
         bodies: what each body did.
         between: contacts between them.
-        taken: steps that are data.
+        taken: number of valid steps.
         end: `done`, `fell` or `diverged`.
         reason: the rule that ended it, in words.
         fallen: number of the body that fell; None if none did.
@@ -49,7 +49,7 @@ class Recording:
 
 @contextmanager
 def quiet_warnings() -> Iterator[None]:
-    """Keep MuJoCo from printing and logging to a file what a run reports as its end or as rejected samples."""
+    """Silence MuJoCo's warnings and log file; a run reports its end, and rejected samples, itself."""
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda message: None)
     try:
@@ -75,7 +75,7 @@ def run_loop(
         progress: called with the completed share (0 to 1) every fourth step.
 
     Raises:
-        SettingError: a push on an unknown segment, or a controller whose targets have another shape than the controls.
+        SettingError: a push on an unknown segment, or targets of another shape than the controls.
     """
     begin = perf_counter()
     model, references = task.model, task.references
@@ -132,13 +132,7 @@ def _targets(controller: Controller, step: int, data: mujoco.MjData) -> NDArray[
 
 
 class BodyRecorder:
-    """States, controls and floor contacts of one body, step by step.
-
-    Args:
-        steps: steps at most.
-        model: of the scene.
-        character: which body of it.
-    """
+    """States, controls and floor contacts of one body, for at most `steps` steps."""
 
     def __init__(self, steps: int, model: mujoco.MjModel, body: SceneBody) -> None:
         self.body, self.ground = body, GroundReader(model, body)
@@ -153,21 +147,11 @@ class BodyRecorder:
         self.penetration = np.zeros(steps)
 
     def state(self, index: int, data: mujoco.MjData) -> None:
-        """Note a state.
-
-        Args:
-            index: of the state.
-            data: in it.
-        """
+        """Note the state of an index."""
         self.qpos[index], self.qvel[index] = data.qpos[self.body.qpos], data.qvel[self.body.qvel]
 
     def step(self, step: int, data: mujoco.MjData) -> None:
-        """Note what acted during a step.
-
-        Args:
-            step: index of the step.
-            data: after it.
-        """
+        """Note what acted during a step; `data` is taken after it."""
         controls = self.body.controls
         self.target[step], self.torque[step] = data.ctrl[controls], data.actuator_force[controls]
         reading = self.ground.read(data)
@@ -178,11 +162,7 @@ class BodyRecorder:
         self.penetration[step] = reading.penetration
 
     def arrays(self, taken: int) -> dict[str, NDArray[Any]]:
-        """What was noted, by the names of `simprep.physics.run.BodyRun`.
-
-        Args:
-            taken: steps that are data.
-        """
+        """The first `taken` steps of what was noted, named as in `simprep.physics.run.BodyRun`."""
         states = {"qpos": self.qpos[: taken + 1], "qvel": self.qvel[: taken + 1]}
         names = ("target", "torque", "ground_force", "foot_force", "centre_of_pressure", "foot_contact", "penetration")
         return {**states, **{name: getattr(self, name)[:taken] for name in names}}

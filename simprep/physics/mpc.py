@@ -1,11 +1,9 @@
 """`mpc`: servo targets corrected by receding-horizon sampling in a batch of simulations.
 
-Every `replan` seconds the offsets of the next `horizon` seconds are improved by a few cross-entropy iterations: sample
-offsets around the last solution, simulate each sample with MuJoCo from the current state, score it against the
-reference, and move to the weighted mean of the best. The servos see target = feed-forward + offset; nothing else acts on
-the body. Samples are simulated with `mujoco.batch`, which gives the same bits at any thread count.
-
-Several bodies are planned jointly: all are sampled in the same simulations, in which they touch each other.
+Every `replan` seconds, a few cross-entropy iterations improve the offsets of the next `horizon` seconds. Each samples
+offsets around the last solution, simulates every sample from the current state, scores it against the reference, and
+moves to the weighted mean of the best. Servo targets are feed-forward + offset. `mujoco.batch` gives the same bits at
+any thread count. Several bodies are sampled in the same simulations, in which they touch each other.
 """
 
 from dataclasses import asdict, dataclass, field
@@ -32,8 +30,8 @@ class MpcSettings:
     """Configuration of the sampling controller.
 
     Attributes:
-        timestep: step of the planner's simulations [s], rounded to a multiple of the simulated world's; the world itself may be
-            finer, since it costs one simulation, not hundreds.
+        timestep: step of the planner's simulations [s], rounded to a multiple of the world's. The world may have finer
+            steps, as it is one simulation, not hundreds.
         horizon: look-ahead [s].
         replan: time between two plans [s].
         knot_spacing: time between two knots of the offset curve [s]; linear in between.
@@ -49,8 +47,7 @@ class MpcSettings:
         scales: the samples are split among these multiples of the noise.
         weights: cost weights.
         torque_share: share of the reference's inverse-dynamics torques that the servo targets lead by.
-        common_elites: of several bodies: whether the samples are judged by the sum of all their costs, instead of each
-            body's part of them by its own.
+        common_elites: judge samples of several bodies by the sum of their costs, not each body's part by its own.
         threads: simulation threads; 0 for all cores. Does not change the result.
 
     Raises:
@@ -100,17 +97,12 @@ class MpcSettings:
 
     @property
     def search(self) -> SearchSettings:
-        """The part that concerns sampling alone."""
+        """The settings of the sampling."""
         return SearchSettings(self.samples, self.elites, self.keep, self.shrink, self.temperature, self.scales)
 
 
 class MpcController:
-    """Receding-horizon sampling of servo-target offsets; state is the current plan and the random generator.
-
-    Args:
-        task: what to track.
-        settings: configuration.
-    """
+    """Receding-horizon sampling of servo-target offsets; its state is the current plan and the random generator."""
 
     name = "mpc"
 
@@ -166,7 +158,7 @@ class MpcController:
         return self._rollouts.simulation_s
 
     def target(self, step: int, data: mujoco.MjData) -> NDArray[np.float64]:
-        """Servo targets for the coming step (see `Controller.target`); replans when due."""
+        """Servo targets for the coming step (see `Controller.target`); plans anew when due."""
         if self._planned_at < 0 or step - self._planned_at >= self._every:
             begin = perf_counter()
             self._replan(step, data)
@@ -201,7 +193,7 @@ class MpcController:
                 for one, theta, cost in zip(self._searches, tried, costs)
             ]
             if not all(improved):
-                break  # every sample diverged: keep the plan and let the simulation show what happens
+                break  # every sample diverged: keep the plan
         self._offsets[:] = 0.0
         for one in self._searches:
             self._offsets[:, self._planner.controls[one.controls]] = self._world_basis @ one.search.plan

@@ -1,4 +1,4 @@
-"""How deep bodies are in each other: among the contacts of a state, and frame by frame from poses alone."""
+"""How deep bodies are in each other, by the contacts of a state or by poses alone."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -17,21 +17,18 @@ FloatArray = NDArray[np.float64]
 
 
 def between_bodies(contact_geoms: NDArray[Any], owner: IntArray) -> NDArray[np.bool_]:
-    """Which contacts are between two different bodies.
+    """Which contacts (ncon,) are between two different bodies.
 
     Args:
         contact_geoms: (ncon, 2) `data.contact.geom`.
         owner: (ngeom,) of `simprep.physics.bodies.geom_owners`.
-
-    Returns:
-        (ncon,).
     """
     owners = owner[contact_geoms]
     return np.asarray((owners[:, 0] != owners[:, 1]) & (owners >= 0).all(axis=1))
 
 
 def deepest_overlap(data: mujoco.MjData, owner: IntArray) -> float:
-    """Depth of the deepest overlap between two bodies among the present contacts [m], 0 or more.
+    """Depth of the deepest overlap between two bodies among the present contacts, 0 or more [m].
 
     Args:
         data: after collision detection.
@@ -44,11 +41,11 @@ def deepest_overlap(data: mujoco.MjData, owner: IntArray) -> float:
 
 
 def place(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[SceneBody], poses: Sequence[FloatArray]) -> None:
-    """Put every body into a pose and find the contacts; velocities and forces are left alone.
+    """Put every body into a pose and find the contacts; `data` keeps its velocities and forces.
 
     Args:
         model: of the scene.
-        data: of the model; its state is changed.
+        data: of the model; changed.
         bodies: of the scene.
         poses: qpos of each.
     """
@@ -59,17 +56,13 @@ def place(model: mujoco.MjModel, data: mujoco.MjData, bodies: Sequence[SceneBody
 
 
 def overlap_of_poses(poses: Sequence[ArrayLike], bodies: Sequence[Character]) -> FloatArray:
-    """Depth of the deepest overlap between geoms of two different bodies in every frame.
+    """Depth (T,) of the deepest overlap between colliding geoms of two different bodies, 0 where none overlap [m].
 
-    The geoms are those that collide in simulation; the depth of two capsules is the sum of their radii less the distance
-    of their axes.
+    The depth of two capsules is the sum of their radii less the distance of their axes.
 
     Args:
         poses: (T, nq) of each body at the same times.
         bodies: who they are.
-
-    Returns:
-        (T,) [m], 0 where none overlap.
 
     Raises:
         MotionError: not the same number of frames for each body, or not poses of it.

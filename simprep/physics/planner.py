@@ -1,7 +1,7 @@
-"""The planner's cheaper model of the bodies: light joints, as a humanoid's wrists and neck, do not move in a look-ahead.
+"""The planner's cheaper model of the bodies: light joints, such as a humanoid's wrists and neck, are fixed.
 
-They are near their servo targets, so a look-ahead of less than a second loses little without them, and a simulation step
-gets a third cheaper. Which they are is the character's to say (`fused`). The simulated world always has all joints.
+They are near their servo targets, so a look-ahead of less than a second loses little, and a step gets a third cheaper.
+The character names them (`fused`). The simulated world always has all joints.
 """
 
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ class Planner:
         controls: indices of its actuators among the world's.
         dofs: of each body, indices into its own full qvel that it keeps.
         bodies: where each body's quantities are in the reduced model.
-        fused: model ids of the fixed segments whose posture is copied from the world at every plan.
+        fused: model ids of the fixed segments; every plan copies their posture from the world.
     """
 
     model: mujoco.MjModel
@@ -39,14 +39,7 @@ class Planner:
     fused: tuple[int, ...]
 
     def fused_orientations(self, data: mujoco.MjData) -> Iterator[tuple[int, NDArray[np.float64]]]:
-        """Orientation relative to its parent of each fixed segment in the world's present state.
-
-        Args:
-            data: of the world (its segments have the same ids).
-
-        Yields:
-            (model body id, (4,) quaternion wxyz).
-        """
+        """Model id of each fixed segment, and its orientation (4,) wxyz in its parent's frame in the world's state."""
         inverse, relative = np.zeros(4), np.zeros(4)
         for segment in self.fused:
             mujoco.mju_negQuat(inverse, data.xquat[self.model.body_parentid[segment]])

@@ -10,13 +10,13 @@ from simprep.errors import SettingError
 
 @dataclass(frozen=True)
 class Push:
-    """An external force on one body, for robustness tests; reported as assist in every result.
+    """An external force on one body.
 
     Attributes:
-        body: name of the segment in the scene: of one body `pelvis`, of several `a_pelvis`.
-        start: time of its begin [s].
+        body: name of the segment in the scene: `pelvis` of a single body, `a_pelvis` of several.
+        start: time of its beginning [s].
         duration: how long [s].
-        force: (x, y, z) in the world frame, at the body's COM [N].
+        force: (x, y, z) in the world frame, at the segment's COM [N].
     """
 
     body: str
@@ -28,12 +28,8 @@ class Push:
 class PushApplier:
     """Applies pushes at their times.
 
-    Args:
-        model: of the scene.
-        pushes: when, where and how strong.
-
     Raises:
-        SettingError: a push on an unknown body.
+        SettingError: a push on an unknown segment.
     """
 
     def __init__(self, model: mujoco.MjModel, pushes: tuple[Push, ...]) -> None:
@@ -41,11 +37,7 @@ class PushApplier:
         self.largest = 0.0
 
     def apply(self, data: mujoco.MjData) -> None:
-        """Set the external forces of the coming step.
-
-        Args:
-            data: where they are set.
-        """
+        """Set the external forces of the coming step."""
         for _, body in self._pushes:
             data.xfrc_applied[body] = 0.0
         for push, body in self._pushes:

@@ -15,12 +15,12 @@ from simprep.motion.motion import Motion, differentiate
 
 @dataclass(frozen=True)
 class ReferenceSettings:
-    """What is done to a motion before it is tracked; every entry is recorded with the run.
+    """What is done to a motion before it is tracked; recorded with the run.
 
     Attributes:
-        smoothing: standard deviation of the Gaussian over poses [s]; 0 for none. Captured clips carry noise whose second
-            derivative no servo can follow.
-        lift: raise the root so that no geom is in the floor, by an offset that varies slowly.
+        smoothing: standard deviation of the Gaussian over poses [s]; 0 for none. Servos cannot follow the second
+            derivative of captured noise.
+        lift: raise the root by a slowly varying offset so that no geom is in the floor.
         lift_smoothing: standard deviation of the Gaussian over that offset [s].
     """
 
@@ -38,7 +38,7 @@ class Reference:
         qpos: (N + 1, nq).
         qvel: (N + 1, nv).
         kinematics: positions at every step.
-        clearance: (N + 1, segments) height of each body's lowest geom point above the floor [m].
+        clearance: (N + 1, segments) height of each segment's lowest geom point above the floor [m].
         processing: what was done, for the record.
     """
 
@@ -98,7 +98,7 @@ def _smooth(qpos: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
     flips = np.cumprod(np.where((quat[1:] * quat[:-1]).sum(axis=1) < 0, -1.0, 1.0))
     quat[1:] *= flips[:, None]
     out[:, 3:7] = quat
-    # the ends keep value and slope: extend by point reflection instead of flattening
+    # point reflection keeps value and slope at the ends
     pad = min(len(qpos) - 1, int(4 * sigma) + 1)
     extended = np.concatenate([2 * out[0] - out[pad:0:-1], out, 2 * out[-1] - out[-2 : -pad - 2 : -1]])
     out = gaussian_filter1d(extended, sigma, axis=0, mode="nearest")[pad : pad + len(qpos)]
@@ -107,7 +107,7 @@ def _smooth(qpos: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
 
 
 def _lift_offset(depth: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
-    """Smooth non-negative offset that is at least the depth everywhere."""
+    """Smooth offset, 0 or more, that is at least the depth everywhere."""
     needed = np.maximum(depth, 0.0)
     if needed.max() <= 0:
         return needed

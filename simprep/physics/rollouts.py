@@ -1,4 +1,4 @@
-"""A batch of simulations of the planner's model from one state, on several threads, with the same bits at any number."""
+"""A batch of simulations of the planner's model from one state, with the same bits at any number of threads."""
 
 from collections.abc import Mapping
 from time import perf_counter
@@ -35,14 +35,11 @@ class Rollouts:
         self.simulation_s = 0.0
 
     def run(self, data: mujoco.MjData, control: NDArray[np.float64]) -> tuple[Record, NDArray[np.bool_]]:
-        """Simulate.
+        """Simulate; returns records qpos, qvel, xpos, subtree_com (samples, steps, ...), and which samples diverged.
 
         Args:
             data: of the world, read only.
             control: (samples, steps, controls) servo targets of the planner's actuators [rad].
-
-        Returns:
-            records qpos, qvel, xpos, subtree_com, each (samples, steps, ...), and which samples diverged, (samples,).
         """
         self._qpos[:] = data.qpos[self._planner.qpos]
         self._qvel[:] = data.qvel[self._planner.qvel]
@@ -59,19 +56,14 @@ class Rollouts:
             record=("qpos", "qvel", "xpos", "subtree_com"),
         )
         self.simulation_s += perf_counter() - begin
-        # MuJoCo resets a diverged state by itself, so finite numbers alone prove nothing
+        # MuJoCo resets a diverged state, so finite numbers alone prove nothing
         return record, self._batch.warning[:, :, 1].sum(axis=1) > warned
 
 
 def record_of(record: Record, body: SceneBody) -> Record:
-    """The part of a record that belongs to one body, laid out as that of a scene with one.
+    """The part of a record of `Rollouts.run` that belongs to one body of `Planner.bodies`, as if it were alone.
 
-    Args:
-        record: of `Rollouts.run`.
-        body: of `Planner.bodies`.
-
-    Returns:
-        qpos, qvel, and xpos and subtree_com whose entries from 1 on are the body's segments (entry 0 means nothing).
+    Entries from 1 on of xpos and subtree_com are the body's segments; entry 0 means nothing.
     """
     segments = slice(body.segments.start - 1, body.segments.stop)
     return {

@@ -23,12 +23,7 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Assist:
-    """Largest external force and torque applied anywhere in a run (pushes; never the controllers).
-
-    Attributes:
-        force_n: largest force [N].
-        torque_nm: largest torque [N m].
-    """
+    """Largest external force [N] and torque [N m] anywhere in a run (pushes; never the controllers)."""
 
     force_n: float = 0.0
     torque_nm: float = 0.0
@@ -39,8 +34,7 @@ class BodyRun:
     """What one body did in a run: N simulation steps, N + 1 states.
 
     Attributes:
-        reference: the motion as it was tracked (after the recorded processing), at the simulation rate; it goes on where
-            the run ended early.
+        reference: the processed motion that was tracked, at the simulation rate; it may go on after the run's end.
         qpos: (N + 1, nq) simulated states.
         qvel: (N + 1, nv).
         reference_qvel: (N + 1, nv) of the reference at the same times.
@@ -102,7 +96,7 @@ class BodyRun:
 
 
 class _OfTheOnlyBody(Generic[T]):
-    """An attribute that a run of one body has from that body; a run of several says how to ask."""
+    """An attribute of the only body, on the run; on a run of several, an error that says how to ask."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
@@ -128,9 +122,7 @@ class Run:
     """A simulation of one body or several in one world: N steps, N + 1 states.
 
     A run of one body has the attributes of its `BodyRun` too: `run.qpos`, `run.torque`, `run.reference`. Of several,
-    `run.body(k)` is the run of one of them, for everything that judges single bodies.
-
-    Equal are runs that would be the same file. `run[a:b]` is steps a to b - 1, `run.seconds(a, b)` the same by time.
+    `run.body(k)` is the run of one. `run[a:b]` is steps a to b - 1. Two runs are equal if their files would be.
 
     Attributes:
         bodies: what each body did; all end when the first falls.
@@ -143,7 +135,7 @@ class Run:
         contacts: between the bodies, by time.
         overlap: (N,) deepest overlap between two bodies [m], 0 or more.
         reference_overlap: (N,) the same of the references.
-        unconverged: (N,) whether the contact solver ran out of iterations; the forces of such a step are not to be trusted.
+        unconverged: (N,) whether the contact solver ran out of iterations; do not trust the forces of such a step.
         settings: the controller's configuration, in JSON's types.
         assist: external forces used.
         wall_s: computing time [s].
@@ -191,7 +183,7 @@ class Run:
             raise MotionError(f"a run that ended {self.end!r}; valid: {', '.join(ENDS)}")
         for name in ("overlap", "reference_overlap", "unconverged"):
             value = getattr(self, name)
-            if not len(value):  # left out: nothing of the kind
+            if not len(value):  # left out by the caller: none occurred
                 object.__setattr__(self, name, np.zeros(self.steps, dtype=value.dtype))
         lengths = {len(one.torque) for one in self.bodies}
         lengths |= {len(one) for one in (self.overlap, self.reference_overlap, self.unconverged)}
@@ -232,10 +224,7 @@ class Run:
         return 1.0 if whole <= 0 else min(1.0, self.end_s / whole)
 
     def body(self, number: int) -> "Run":
-        """One body's part, as a run of one that ended when the whole did; it fell only if this body did.
-
-        Args:
-            number: which body, from 0.
+        """One body's part as a run, from 0. It ends when the whole did; it fell only if this body did.
 
         Raises:
             MotionError: there is no such body.
@@ -267,13 +256,9 @@ class Run:
         )
 
     def __getitem__(self, steps: slice) -> "Run":
-        """A part of the run; one that stops before the end is `done`: its references end there.
+        """Steps `run[a:b]`, with time from 0 and the contacts that begin in them. `assist` stays that of the whole run.
 
-        Args:
-            steps: slice of the steps, without a stride.
-
-        Returns:
-            The part, whose time begins at 0, with the contacts that begin in it. `assist` stays that of the whole run.
+        A part that stops before the end is `done`, and its references end there.
 
         Raises:
             MotionError: an empty part, or a stride.
@@ -347,7 +332,7 @@ class Run:
 
 
 def _rows(name: str, first: int, after: int) -> slice:
-    """Which rows of an array of `BodyRun` belong to some of the steps."""
+    """Rows of an array of `BodyRun` that belong to some steps."""
     if name == "torque_limit":
         return slice(None)
     return slice(first, after + 1 if name in ("qpos", "qvel", "reference_qvel") else after)

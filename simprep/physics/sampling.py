@@ -1,4 +1,4 @@
-"""Cross-entropy search for a curve of servo-target offsets: what is sampled, and how the best samples move the plan."""
+"""Cross-entropy search for a curve of servo-target offsets."""
 
 from dataclasses import dataclass
 
@@ -10,16 +10,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """How a plan is improved.
-
-    Attributes:
-        samples: simulations per iteration.
-        elites: samples that enter the weighted mean.
-        keep: best samples that enter the next plan's first iteration, moved on in time.
-        shrink: factor on the noise from one iteration to the next.
-        temperature: softness of the weights, in standard deviations of the elites' costs.
-        scales: the samples are split among these multiples of the noise.
-    """
+    """How a plan is improved; the entries are those of `simprep.physics.mpc.MpcSettings`."""
 
     samples: int
     elites: int
@@ -30,7 +21,7 @@ class SearchSettings:
 
 
 class OffsetSearch:
-    """A plan of offsets at knots and its improvement by samples; state is the plan and the best samples.
+    """A plan of offsets at knots and its improvement by samples; its state is the plan and the best samples.
 
     Args:
         shift: (knots, knots) moves a curve on by the time between two plans.
@@ -52,14 +43,11 @@ class OffsetSearch:
         self._pool, self._costs = np.zeros((0, *self.plan.shape)), np.zeros(0)
 
     def sample(self, rng: np.random.Generator, iteration: int) -> FloatArray:
-        """Offsets to try: the plan itself, zero and the best of the last plan among them.
+        """Offsets to try (samples, knots, sampled), among them the plan, zero and the best of the last plan [rad].
 
         Args:
-            rng: source of chance.
+            rng: random generator.
             iteration: of this plan, from 0.
-
-        Returns:
-            (samples, knots, sampled) [rad].
         """
         s = self._settings
         noise = rng.standard_normal((s.samples, *self.plan.shape)) * self._std * s.shrink**iteration
@@ -71,17 +59,14 @@ class OffsetSearch:
         return np.asarray(theta)
 
     def update(self, theta: FloatArray, costs: FloatArray) -> bool:
-        """Move the plan to the weighted mean of the best samples so far.
+        """Move the plan to the weighted mean of the best samples so far; False if none was usable and the plan stays.
 
         Args:
             theta: as sampled.
             costs: (samples,) of each; infinite for samples that count as failed.
-
-        Returns:
-            Whether any sample of this plan was usable; if none was, the plan stays as it is.
         """
         s = self._settings
-        # the state is the same for all iterations of a plan, so earlier samples stay in the competition
+        # all iterations of a plan begin in the same state, so earlier samples still compete
         self._pool = np.concatenate([self._pool, theta])
         self._costs = np.concatenate([self._costs, costs])
         order = np.argsort(self._costs, kind="stable")[: s.elites]
@@ -96,15 +81,7 @@ class OffsetSearch:
 
 
 def linear_basis(position: FloatArray, knots: int) -> FloatArray:
-    """Weights of linear interpolation between knots 0..knots-1, held at the ends.
-
-    Args:
-        position: (n,) where to interpolate, in knots.
-        knots: how many.
-
-    Returns:
-        (n, knots).
-    """
+    """Weights (n, knots) of linear interpolation between knots, held at the ends, at positions (n,) in knots from 0."""
     position = np.clip(position, 0, knots - 1)
     low = np.minimum(position.astype(int), knots - 2)
     weight = position - low

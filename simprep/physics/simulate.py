@@ -31,8 +31,7 @@ class SimulationSettings:
         reference: processing of the motions.
         mpc: configuration of the controller `mpc`.
         fall: when a body counts as fallen.
-        pushes: external forces on segments, named as in the scene (`pelvis` of one body, `a_pelvis` of several); none by
-            default.
+        pushes: external forces on segments, named as in the scene (`pelvis` of a single body, `a_pelvis` of several).
     """
 
     scene: SceneSettings = field(default_factory=SceneSettings)
@@ -51,20 +50,17 @@ def simulate(
 ) -> Run:
     """Simulate bodies in one world, each tracking its motion, until the motions' end, the first fall or divergence.
 
-    They collide with each other, the floor and the obstacles. No force acts on them but joint motors, gravity and
-    contact, unless `settings.pushes` says so.
+    They collide with each other, the floor and the obstacles. Only joint motors, gravity, contact and `settings.pushes`
+    act on them.
 
     Args:
-        motions: what each body tracks, of equal length and rate, in one frame; loops are tracked for one cycle (see
-            `simprep.motion.edit.repeat`). Up to `simprep.scene.BODY_LIMIT`.
-        controller: `pd`, `mpc` (which plans all bodies jointly), or a class or function that makes one of your own
+        motions: what each body tracks, up to `simprep.scene.BODY_LIMIT`, of equal length and rate, in one frame. Loops
+            are tracked for one cycle (see `simprep.motion.edit.repeat`).
+        controller: `pd`, `mpc` (which plans all bodies jointly), or your own class or function
             (`simprep.physics.controller`).
         seed: of the controller's random generator.
         settings: scene, reference processing, configuration of `mpc`.
         progress: called with the completed share (0 to 1) about a hundred times a second of motion.
-
-    Returns:
-        The run, with its end stated.
 
     Raises:
         MotionError: motions that do not fit together.
@@ -91,21 +87,14 @@ def track(
     settings: SimulationSettings | None = None,
     progress: Callable[[float], None] | None = None,
 ) -> Run:
-    """Simulate one body that tracks a motion: `simulate` with a single one.
+    """Simulate one body that tracks a motion. Arguments, run and errors are those of `simulate`.
 
     Args:
         motion: what to track.
-        controller: as of `simulate`.
-        seed: as of `simulate`.
+        controller: `pd`, `mpc` or your own.
+        seed: of the controller's random generator.
         settings: as of `simulate`.
         progress: as of `simulate`.
-
-    Returns:
-        The run; it has the attributes of its only body too.
-
-    Raises:
-        UnknownNameError: no such controller.
-        SettingError: a push on an unknown segment, or something that is no controller.
     """
     return simulate((motion,), controller, seed, settings, progress)
 

@@ -1,4 +1,4 @@
-"""A run as a file: one .npz with states, controls, contacts and torques of every body, written and read back whole."""
+"""A run as a file: one .npz with states, controls, contacts and torques of every body."""
 
 import json
 from collections.abc import Mapping
@@ -19,7 +19,7 @@ from simprep.scene import body_prefix
 
 SCHEMA = "simprep.run/3"
 RUN_FILE = "run.npz"
-"""What a run is called in a folder of results."""
+"""Name of a run's file in a folder of results."""
 MAX_BYTES = 4_000_000_000
 """Largest run read [bytes, unpacked]: an hour of one body at 480 steps/s."""
 
@@ -30,18 +30,15 @@ _PLAIN = (
 
 
 def save_run(run: Run, path: str | Path) -> Path:
-    """Write a run to .npz, atomically.
+    """Write a run to .npz, atomically; returns the path written.
 
-    The arrays of each body have the names of `BodyRun`, with its prefix in the scene before them: `qpos` of the only
-    body, `a_qpos` and `b_qpos` of two; those of its reference are called `reference.qpos` and `reference.contacts`.
-    `overlap`, `reference_overlap` and `unconverged` are common. Contacts and everything else are JSON in `header`.
+    The arrays of a body have the names of `BodyRun` after its prefix in the scene: `qpos` of a single body, `a_qpos`
+    and `b_qpos` of two. Those of its reference are `reference.qpos` and `reference.contacts`. `overlap`,
+    `reference_overlap` and `unconverged` are common. The rest is JSON in `header`.
 
     Args:
         run: what to write.
         path: the file; `.npz` is appended if missing. Its folder is made.
-
-    Returns:
-        The path written.
     """
     header, arrays = run_parts(run)
     return write_archive(path, header, arrays)
@@ -62,14 +59,7 @@ def read_run(path: str | Path) -> Run:
 
 
 def run_parts(run: Run) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
-    """A run as what its file holds.
-
-    Args:
-        run: which run.
-
-    Returns:
-        header: in JSON's types.
-        arrays: by name.
+    """Contents of a run's file: header in JSON's types, and arrays by name.
 
     Raises:
         MotionError: the controller's settings hold something that JSON does not know.
@@ -96,10 +86,6 @@ def run_parts(run: Run) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
 
 def run_of_parts(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) -> Run:
     """The inverse of `run_parts`.
-
-    Args:
-        header: of a run.
-        arrays: of it.
 
     Raises:
         MotionError: parts that do not belong together.
@@ -146,7 +132,7 @@ def _motion(header: Mapping[str, Any], qpos: NDArray[np.float64], contacts: NDAr
 
 
 def _plain(value: Any) -> Any:
-    """Numbers and arrays of NumPy as JSON's."""
+    """NumPy's numbers and arrays as JSON's."""
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     if isinstance(value, Mapping):

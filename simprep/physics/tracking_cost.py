@@ -11,11 +11,11 @@ from simprep.physics.reference import Reference
 
 @dataclass(frozen=True)
 class CostWeights:
-    """Weights of the squared errors, averaged over bodies and over the instants of the horizon.
+    """Weights of the squared errors, averaged over segments and over the instants of the horizon.
 
     Attributes:
-        position: global body positions [1/m^2].
-        relative: body positions relative to the pelvis [1/m^2].
+        position: global segment positions [1/m^2].
+        relative: segment positions relative to the pelvis [1/m^2].
         orientation: root orientation [1/rad^2].
         velocity: root linear velocity [s^2/m^2].
         spin: root angular velocity [s^2/rad^2].
@@ -43,7 +43,7 @@ class CostWeights:
 
 
 class TrackingCost:
-    """Scores rollouts against a reference; holds the reference quantities, so that scoring is array arithmetic.
+    """Scores rollouts against a reference.
 
     Args:
         reference: what to track, at the world's timestep.
@@ -85,15 +85,12 @@ class TrackingCost:
     def evaluate(
         self, step: int, record: Mapping[str, NDArray[np.float64]], theta: NDArray[np.float64]
     ) -> NDArray[np.float64]:
-        """Cost of every sample.
+        """Cost (n,) of every sample; instants beyond the end of the reference do not count.
 
         Args:
             step: index of the rollout's start state in the reference.
             record: rollout records qpos, qvel, xpos, subtree_com, (n, steps, ...).
             theta: (n, knots, sampled) offsets [rad].
-
-        Returns:
-            (n,) cost; instants beyond the end of the reference do not count.
         """
         w = self._weights
         frames = step + self._ratio * (1 + self._instants)
@@ -113,7 +110,7 @@ class TrackingCost:
         foot = xpos[:, :, self._feet, :]
         target_foot = target_xpos[:, self._feet, :]
         com_foot = (com[:, :, None] - foot) - (target_com[:, None] - target_foot)
-        # backward difference over one planner step, as the reference's central one half a step earlier
+        # backward difference over a planner step, so the reference's central one is taken half a step earlier
         before = record["xpos"][:, pick - 1][:, :, self._foot_entries]
         foot_velocity = (foot - before) / self._planner_dt
         target_foot_velocity = self._foot_velocity[state - self._ratio - self._ratio // 2]

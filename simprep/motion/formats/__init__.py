@@ -1,1 +1,1 @@
-"""motion/formats."""
+"""Readers of foreign motion files."""

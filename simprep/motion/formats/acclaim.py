@@ -1,9 +1,8 @@
 """Acclaim ASF (skeleton) and AMC (motion): bones with their own axes and degrees of freedom, frames of named values.
 
-A bone's rotation in the frame of its parent is C M C^-1, with C its `axis` and M its channels, both Euler angles about
-fixed axes in the order written (Lander 1998, "Working with motion capture file formats", Game Developer, January).
-With all channels at zero every bone has the orientation of the world, which is why rest orientations are the identity.
-Our joint of a bone is its beginning: its orientation is the bone's.
+A bone's rotation in its parent's frame is C M C^-1, with C its `axis` and M its channels, both Euler angles about fixed
+axes in the order written (Lander 1998, "Working with motion capture file formats", Game Developer, January). With all
+channels at zero, every bone is oriented as the world. Simprep's joint is the beginning of the bone.
 """
 
 import re
@@ -22,9 +21,9 @@ from simprep.motion.formats.text import MAX_NAME, Comments, lines_of, open_text
 from simprep.motion.rotations import axis_rotation
 
 DEFAULT_FPS = 120.0
-"""AMC files do not state their frame rate; CMU's, the usual source, are 120 frames/s."""
+"""AMC files state no frame rate; those of CMU, the usual source, have 120 frames/s."""
 MAX_BONES = 500
-# what the recording system itself writes on top, no remark of a person's
+# written by the recording system, no remark of a person
 _HEAD = re.compile(r"#(!OML|\s*AST/ASF file|\s*-+\s*$)")
 _SECTIONS = ("version", "name", "units", "documentation", "root", "bonedata", "hierarchy", "skin")
 
@@ -55,11 +54,8 @@ class _Skeleton:
 def read_acclaim(path: Path) -> SourceClip:
     """Read an AMC file with the ASF beside it.
 
-    The skeleton is the .asf of the same name, else the one whose name is the part before the first underscore (CMU:
-    02_01.amc belongs to 02.asf), else the only one in the folder.
-
-    Args:
-        path: the .amc file.
+    The skeleton is the .asf of the same name, else that of the part before the first underscore (CMU: 02.asf for
+    02_01.amc), else the only one in the folder.
 
     Raises:
         MotionFileError: no skeleton, or either file malformed, with the line.
@@ -115,7 +111,7 @@ def find_skeleton(path: Path) -> Path:
     """The .asf that belongs to an .amc.
 
     Raises:
-        MotionFileError: none, or several of which none bears the take's name.
+        MotionFileError: none, or several without one of the take's name.
     """
     found = sorted(file for file in path.parent.iterdir() if file.suffix.lower() == ".asf")
     for stem in (path.stem, path.stem.split("_")[0]):
@@ -182,7 +178,7 @@ def _unit(path: Path, skeleton: _Skeleton, tokens: list[str], line: int) -> None
         length = skeleton.decimals.number(tokens[1], "the length unit", line)
         if length <= 0:
             raise MotionFileError(path, f"length unit {length:g}; valid: above 0", line)
-        # the value divided by this number is inches
+        # in the file, this number is one inch
         skeleton.unit_m = 0.0254 / length
     elif tokens[0].lower() == "angle" and len(tokens) > 1:
         if tokens[1].lower() not in ("deg", "rad"):
@@ -261,7 +257,7 @@ def _bone_line(path: Path, skeleton: _Skeleton, bone: _Bone | None, tokens: list
 
 
 def _tree(path: Path, skeleton: _Skeleton) -> tuple[tuple[str, ...], NDArray[np.intp]]:
-    """Bones in an order in which parents precede children; the end of every last bone follows as `<bone>_end`."""
+    """Bones, parents before children; the end of every last bone follows as `<bone>_end`."""
     children: dict[str, list[str]] = {}
     parent_of: dict[str, str] = {}
     for parent, names, line in skeleton.children:
@@ -294,7 +290,7 @@ def _tree(path: Path, skeleton: _Skeleton) -> tuple[tuple[str, ...], NDArray[np.
 
 
 def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, NDArray[np.float64]], bool, list[str]]:
-    """Values of every bone (T, dofs), whether they are degrees, and what was decided."""
+    """Values of every bone (T, dofs), whether they are degrees, and notes for the report."""
     decimals, comments = Decimals(path), Comments()
     widths = {name: len(bone.dofs) for name, bone in skeleton.bones.items()}
     widths["root"] = len(skeleton.order)

@@ -30,17 +30,10 @@ class _Joint:
 
 
 def read_bvh(path: Path) -> SourceClip:
-    """Read a BVH file of one person.
+    """Read a BVH file of one person, in file units and file axes.
 
-    Position channels on inner joints (some exporters write all six on every joint) replace the OFFSET where they
-    contain it, and are added to it where they do not; which, is noted. Comments, decimal commas and a number of frames
-    that is off by one are read and noted.
-
-    Args:
-        path: the file.
-
-    Returns:
-        The clip in file units and file axes.
+    Some exporters write position channels on every joint. They replace the OFFSET where they contain it, else they are
+    added to it. The report notes this, and comments, decimal commas and a number of frames that is off by one.
 
     Raises:
         MotionFileError: anything malformed, with the line; a second ROOT.
@@ -49,13 +42,7 @@ def read_bvh(path: Path) -> SourceClip:
 
 
 def read_bvh_people(path: Path) -> tuple[SourceClip, ...]:
-    """Read a BVH file with one ROOT for each person, all in one frame of reference.
-
-    Args:
-        path: the file.
-
-    Returns:
-        A clip for every ROOT, in the order of the file. Names may come back in every person.
+    """Read a BVH file with one ROOT for each person, all in one frame of reference: a clip for each, in file order.
 
     Raises:
         MotionFileError: as for `read_bvh`.
@@ -77,7 +64,7 @@ def _read(path: Path, most: int) -> tuple[SourceClip, ...]:
         check_size(path, count, len(joints))
         values, commas, notes = numbers(path, stream.read(), line + 1, columns, count, comments)
     notes += [*decimal_notes(offsets.check() + head.check() + commas), *comments.notes()]
-    # the number of frames is now known to be backed by numbers, the number of joints by the hierarchy
+    # only now do numbers back the number of frames, and the hierarchy the number of joints
     check_size(path, len(values), len(joints), path.stat().st_size)
     first = [index for index, joint in enumerate(joints) if joint.parent < 0]
     clips, column = [], 0
@@ -93,7 +80,7 @@ def _read(path: Path, most: int) -> tuple[SourceClip, ...]:
 def _hierarchy(
     path: Path, lines: Iterator[tuple[int, str]], most: int, decimals: Decimals, comments: Comments
 ) -> list[_Joint]:
-    """Joints in file order, of `most` people at most, with MOTION read; a loop, so that depth costs nothing."""
+    """Joints of up to `most` people in file order, MOTION read too. A loop, because recursion has a largest depth."""
     joints: list[_Joint] = []
     stack: list[int] = []
     seen: set[str] = set()
@@ -202,7 +189,7 @@ def _channels(path: Path, joint: _Joint, tokens: list[str], line: int) -> list[s
 def _motion_header(
     path: Path, lines: Iterator[tuple[int, str]], decimals: Decimals, comments: Comments
 ) -> tuple[int, float, int]:
-    """Number of frames, frame time [s], and the line that stated it."""
+    """Number of frames, frame time [s], and its line."""
     count: int | None = None
     line = 0
     for line, whole in lines:

@@ -1,8 +1,8 @@
 """DeepMimic motion clips (JSON text), as published with Peng et al. 2018, "DeepMimic".
 
 A frame is: duration [s]; root position (y up) [m]; root quaternion (wxyz); quaternions of chest, neck, right hip; angle
-of the right knee; quaternions of right ankle and shoulder; angle of the right elbow; the same for the left side.
-The file has no skeleton: the offsets below are those of the format's standard humanoid (x forward, y up, z to the right).
+of the right knee; quaternions of right ankle and shoulder; angle of the right elbow; the same for the left side. The
+file has no skeleton: `_JOINTS` is the format's standard humanoid (x forward, y up, z to the right).
 """
 
 import json
@@ -40,9 +40,9 @@ _JOINTS = (
 FRAME_LENGTH = 4 + sum(values for *_, values in _JOINTS)
 MAX_JSON_BYTES = 20_000_000
 DURATION_SPREAD = 50.0
-"""A frame that lasts so many times the median duration, or so many times less, is damage."""
+"""The duration of a frame may differ from the median by at most this factor."""
 LONGER = 10
-"""Frames after resampling to a constant rate, at most so many times those of the file."""
+"""Resampling to a constant rate makes at most this many times the frames of the file."""
 SEAM_S = 0.3
 """Time over which each end of a cyclic clip is eased so that the last frame leads into the first [s]."""
 
@@ -50,11 +50,8 @@ SEAM_S = 0.3
 def read_deepmimic(path: Path) -> SourceClip:
     """Read a clip.
 
-    Args:
-        path: the JSON file.
-
     Raises:
-        MotionFileError: not such a file, wrong frame length, NaN, zero quaternions or durations.
+        MotionFileError: no such file, wrong frame length, NaN, zero quaternions or durations.
     """
     frames, cyclic, notes = _parse(path)
     duration = frames[:, 0]
@@ -161,7 +158,7 @@ def _parse(path: Path) -> tuple[NDArray[np.float64], bool, list[str]]:
 
 
 def _check_durations(path: Path, step_s: NDArray[np.float64], dt: float) -> None:
-    """Refuse durations that would turn into many more frames than the file has."""
+    """Refuse durations that would make many more frames than the file has."""
     spread = np.maximum(step_s / dt, dt / step_s)
     if spread.max() > DURATION_SPREAD:
         worst = int(np.argmax(spread))
@@ -211,21 +208,18 @@ def _uniform(frames: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
 
 
 def _close_loop(frames: NDArray[np.float64], dt: float) -> tuple[NDArray[np.float64], float]:
-    """Ease both ends so that the last frame is the first one, displaced on the floor.
+    """Ease both ends so that the last frame is the first one, displaced on the floor; also the largest joint gap [rad].
 
-    The clips' last pose is near the first, not equal to it; each end takes half of the gap, fading inwards.
-    The last root height is copied from the first in the clips, so it is extrapolated from the frames before instead.
-
-    Returns:
-        frames, and the largest gap in a joint [rad].
+    Each end takes half of the gap, fading inwards. The clips copy the last root height from the first frame; it is
+    extrapolated from the frames before instead.
     """
     frames = frames.copy()
     n = len(frames)
     frames[-1, 2] = 2 * frames[-2, 2] - frames[-3, 2]
     window = max(2, min(round(SEAM_S / dt), (n - 1) // 3))
     u = np.clip(np.arange(n) / window, 0, 1)
-    fade = 1 - u * u * (3 - 2 * u)  # (n,) 1 at the first frame, 0 inside
-    weight = (fade - fade[::-1]) / 2  # +1/2 at the first frame, -1/2 at the last
+    fade = 1 - u * u * (3 - 2 * u)
+    weight = (fade - fade[::-1]) / 2
     frames[:, 2] += weight * (frames[-1, 2] - frames[0, 2])
     largest = 0.0
     for _, column, width in _columns():

@@ -1,4 +1,4 @@
-"""Motion files that are recognised and not read: what they are, for the message."""
+"""Motion files that are recognised but not read: what they are, for the message."""
 
 from collections.abc import Collection
 
@@ -8,11 +8,7 @@ _TRANSLATIONS = {"trans", "transl", "smpl_trans"}
 
 
 def npz_kind(entries: Collection[str]) -> str | None:
-    """What an .npz is whose entries have these names; None for a kind that is not known.
-
-    Args:
-        entries: names of its arrays.
-    """
+    """Kind of an .npz whose entries have these names; None if unknown."""
     names = set(entries)
     if names & _POSES and names & (_TRANSLATIONS | {"betas"}):
         return f"an AMASS/SMPL motion ({_shown(names & (_POSES | _TRANSLATIONS | {'betas'}))}): {NOT_YET}"

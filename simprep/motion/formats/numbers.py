@@ -1,4 +1,4 @@
-"""Numbers of text files: one by one or in blocks, fast, with the line of the first wrong one; decimal commas."""
+"""Numbers of text files, one by one or in blocks, with the line of the first wrong one and with decimal commas."""
 
 import re
 import warnings
@@ -24,7 +24,7 @@ def number(path: Path, token: str, what: str, line: int | None) -> float:
         MotionFileError: not a number, NaN, infinite or beyond `LARGEST`.
     """
     try:
-        if "_" in token or not token.isascii():  # Python's own numbers, no file's
+        if "_" in token or not token.isascii():  # Python reads them as numbers, files do not mean them so
             raise ValueError
         value = float(token)
     except ValueError:
@@ -37,8 +37,8 @@ def number(path: Path, token: str, what: str, line: int | None) -> float:
 class Decimals:
     """Numbers of one part of a file in which the comma may be the decimal sign, as in `12,5`.
 
-    A comma can also part values (`1,2`) or thousands (`1,234`). It is a decimal sign where every number that has one
-    holds a single comma between digits, the part holds no decimal point, and not all of them look like thousands.
+    A comma can also separate values (`1,2`) or thousands (`1,234`). It is a decimal sign where every number with a
+    comma has a single one between digits, the part has no decimal point, and not all of them look like thousands.
 
     Args:
         path: the file, for messages.
@@ -66,7 +66,7 @@ class Decimals:
         return number(self.path, token, what, line)
 
     def look_for_point(self, tokens: tuple[str, ...] | list[str]) -> None:
-        """Notice a decimal point in numbers that were read elsewhere."""
+        """Notice a decimal point in numbers read elsewhere."""
         if self._point is None:
             self._point = next((token for token in tokens if "." in token), None)
 
@@ -74,7 +74,7 @@ class Decimals:
         """How many numbers had a decimal comma.
 
         Raises:
-            MotionFileError: it cannot be told whether the commas are decimal signs.
+            MotionFileError: commas that may or may not be decimal signs.
         """
         if self._comma is None:
             return 0
@@ -94,29 +94,25 @@ class Decimals:
 
 
 def decimal_notes(count: int) -> list[str]:
-    """What to report of numbers with a decimal comma: nothing where there were none."""
+    """What to report of decimal commas; empty if there were none."""
     return [f"decimal commas, as in 12,5, in {count} numbers: read as decimal points"] if count else []
 
 
 def numbers(
     path: Path, block: str, first_line: int, columns: int, rows: int, comments: Comments
 ) -> tuple[NDArray[np.float64], int, list[str]]:
-    """A block of rows of numbers.
+    """Numbers of a block (rows, columns), how many had a decimal comma, and notes for the report.
 
     Args:
         path: the file, for messages.
         block: the text, one row in a line; comments in it are skipped.
         first_line: line number of the first.
         columns: numbers in every row.
-        rows: how many rows are declared; one more or one less is taken as it is.
+        rows: how many rows are declared; the block may have one more or one less.
         comments: counts the comments.
 
-    Returns:
-        (rows, columns), how many numbers had a decimal comma, and what was decided, for the report.
-
     Raises:
-        MotionFileError: another number of rows; or naming the first line with the wrong count, or with a value that is
-            no number (or NaN, infinite, beyond `LARGEST`).
+        MotionFileError: another number of rows, or a line with a wrong count or a value that is no finite number.
     """
     notes: list[str] = []
     commas = 0
@@ -144,7 +140,7 @@ def numbers(
 
 
 def _parse(block: str) -> NDArray[np.float64] | None:
-    """All numbers of a block, None where something in it is none."""
+    """All numbers of a block; None if anything else is in it."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         try:
@@ -175,17 +171,10 @@ def _decimal_commas(path: Path, block: str, first_line: int, columns: int) -> in
 
 
 def _count_rows(path: Path, block: str, first_line: int, columns: int, strange: bool) -> int:
-    """Rows of a block; every one has to hold `columns` numbers.
-
-    Args:
-        path: the file.
-        block: the text.
-        first_line: line number of the first.
-        columns: numbers in a row.
-        strange: something in the block is no number.
+    """Number of rows of a block; `strange` if something in it is no number.
 
     Raises:
-        MotionFileError: naming the first line that does not.
+        MotionFileError: naming the first line without `columns` numbers.
     """
     if strange and (found := re.search(r"[^0-9eE+\-.\s]", block)):  # fast where the file is large
         start, end = block.rfind("\n", 0, found.start()) + 1, block.find("\n", found.end())
@@ -206,7 +195,7 @@ def _count_rows(path: Path, block: str, first_line: int, columns: int, strange: 
 
 
 def _each_line(block: str) -> Iterator[str]:
-    """Lines of a block one by one, without a second copy of it."""
+    """Lines of a block, without a second copy of it."""
     start = 0
     while start < len(block):
         end = block.find("\n", start)
@@ -216,7 +205,7 @@ def _each_line(block: str) -> Iterator[str]:
 
 
 def _line_of_row(block: str, first_line: int, row: int) -> int:
-    """Line number of a row, blank lines not being rows."""
+    """Line number of a row; blank lines are no rows."""
     rows = -1
     for index, text in enumerate(_each_line(block)):
         rows += bool(text.strip())

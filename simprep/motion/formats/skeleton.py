@@ -1,4 +1,4 @@
-"""What every file reader returns: the joints of a foreign skeleton in the world, frame by frame."""
+"""What every file reader returns: the world positions and orientations of a foreign skeleton's joints."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 from simprep.errors import MotionFileError
 
 MAX_VALUES = 40_000_000
-"""Frames times joints times 9 that a reader accepts: about 300 MB for every array of orientations."""
+"""Largest frames x joints x 9 that a reader accepts: about 300 MB for each array of orientations."""
 SMALL_VALUES = 1_000_000
-"""As many are accepted of the smallest file: 8 MB."""
+"""Accepted however small the file is: 8 MB."""
 
 
 @dataclass(frozen=True)
@@ -25,14 +25,13 @@ class SourceClip:
         parents: (J,) index of each joint's parent, -1 for the root; a parent precedes its children.
         positions: (T, J, 3) joint positions in the world [file unit].
         rotations: (T, J, 3, 3) joint orientations in the world.
-        rest_positions: (J, 3) positions in the pose that the file's skeleton section describes [file unit].
+        rest_positions: (J, 3) positions in the pose of the file's skeleton section [file unit].
         rest_rotations: (J, 3, 3) orientations in that pose.
         fps: frames per second [1/s].
         unit_m: metres per file unit where the format or the file says so, else None.
         up: vertical axis (`x`, `y` or `z`) where the format says so, else None.
-        step: (3,) displacement of the root over one cycle [file unit] of a cyclic clip, whose frame after the last is
-            the first one moved by it; None for a clip that does not repeat.
-        notes: what the reader had to decide, for the report.
+        step: (3,) root displacement over one cycle of a loop [file unit]; None for a clip that does not repeat.
+        notes: the reader's decisions, for the report.
     """
 
     path: Path
@@ -51,16 +50,15 @@ class SourceClip:
 
 
 def check_size(path: Path, frames: int, joints: int, file_bytes: int | None = None) -> None:
-    """Refuse a clip that would take more memory than can be had, or more than a file of this size is worth.
+    """Refuse a clip that takes too much memory, or far more than a file of this size can describe.
 
-    A frame of a file has a number for most joints, each of 2 bytes at least; more joints than bytes means that hardly
-    any joint has one.
+    Every number takes at least 2 bytes, and a frame has a number for most joints.
 
     Args:
         path: the file.
         frames: T.
         joints: J.
-        file_bytes: size of the file; None where T is not known from its content yet.
+        file_bytes: size of the file; None while T is not known from its content.
 
     Raises:
         MotionFileError: too many frames of too many joints.
@@ -75,7 +73,7 @@ def check_size(path: Path, frames: int, joints: int, file_bytes: int | None = No
 
 
 def tidy_fps(fps: float) -> float:
-    """The whole number of frames per second that a rounded frame time (0.016667 s) stands for, if within 0.1 %."""
+    """The whole number of frames per second that a rounded frame time (0.016667 s) means, if within 0.1 %."""
     whole = float(round(fps))
     return whole if whole > 0 and abs(fps - whole) < 1e-3 * whole else fps
 
@@ -83,15 +81,12 @@ def tidy_fps(fps: float) -> float:
 def forward(
     parents: NDArray[np.intp], offsets: NDArray[np.float64], rotations: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """World positions and orientations of a joint tree, all frames at once.
+    """World positions (T, J, 3) and orientations (T, J, 3, 3) of a joint tree.
 
     Args:
         parents: (J,) parent of each joint, -1 for the root; parents precede children.
         offsets: (J, 3) or (T, J, 3) position of each joint in its parent's frame.
         rotations: (T, J, 3, 3) orientation of each joint in its parent's frame.
-
-    Returns:
-        positions (T, J, 3) and orientations (T, J, 3, 3) in the world.
     """
     world = np.empty_like(rotations)
     positions = np.empty(rotations.shape[:-1])

@@ -1,4 +1,4 @@
-"""Text files line by line: their encoding, their comments, the length of their lines."""
+"""Text files line by line: encoding, comments, length of lines."""
 
 import re
 from collections.abc import Iterator
@@ -11,10 +11,10 @@ from simprep.errors import MotionFileError
 MAX_FILE_BYTES = 100_000_000
 MAX_LINE = 100_000
 MAX_NAME = 200
-"""Characters of a name; longer ones are damage, and would fill the message that names them."""
+"""Most characters of a name; longer ones are damage and would fill the message."""
 _HEAD_BYTES = 4096
 _MARKS = (
-    # the mark of UTF-32 begins with that of UTF-16
+    # first, because the mark of UTF-32 begins with that of UTF-16
     (b"\xff\xfe\0\0", "utf-32"), (b"\0\0\xfe\xff", "utf-32"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"),
     (b"\xef\xbb\xbf", "utf-8-sig"),
 )  # fmt: skip
@@ -22,7 +22,7 @@ _COMMENT = re.compile(r"(?:^|(?<=\s))(?:#|//|;).*")
 
 
 def open_text(path: Path, what: str) -> TextIO:
-    """Open a text file for reading: UTF-8, or UTF-16 or UTF-32 with a byte order mark, or what is plainly UTF-16.
+    """Open a text file for reading: UTF-8, UTF-16 or UTF-32 with a byte order mark, or plainly UTF-16.
 
     Args:
         path: the file.
@@ -47,7 +47,7 @@ def open_text(path: Path, what: str) -> TextIO:
 
 
 def _encoding(head: bytes) -> str | None:
-    """Encoding of a text that begins so; None for what is no text."""
+    """Encoding of a text by its first bytes; None if it is no text."""
     for mark, encoding in _MARKS:
         if head.startswith(mark):
             return encoding
@@ -61,7 +61,7 @@ def _encoding(head: bytes) -> str | None:
 
 
 def lines_of(path: Path, stream: TextIO, first: int = 1) -> Iterator[tuple[int, str]]:
-    """Line numbers, counted from `first`, and lines; nothing is kept in memory.
+    """Line numbers, counted from `first`, and lines, one at a time.
 
     Raises:
         MotionFileError: a line longer than any of a motion file.
@@ -76,16 +76,16 @@ def lines_of(path: Path, stream: TextIO, first: int = 1) -> Iterator[tuple[int, 
 
 @dataclass
 class Comments:
-    """Takes comments out of the lines of a file and counts them: from `#`, `//` or `;` to the end of the line.
+    """Removes and counts comments: from `#`, `//` or `;` to the end of the line.
 
     Attributes:
-        count: comments taken out so far.
+        count: comments removed so far.
     """
 
     count: int = 0
 
     def strip(self, text: str) -> str:
-        """One line without its comment, which begins the line or follows a space."""
+        """A line without its comment, which begins the line or follows a space."""
         if "#" not in text and "/" not in text and ";" not in text:
             return text
         bare, found = _COMMENT.subn("", text)
@@ -93,9 +93,9 @@ class Comments:
         return bare
 
     def strip_whole(self, text: str) -> str:
-        """One line, empty if all of it is a comment; for lines in which a name may hold the sign."""
+        """A line, empty if all of it is a comment; for lines in which a name may hold the sign."""
         return self.strip(text) if text.lstrip().startswith(("#", "//", ";")) else text
 
     def notes(self) -> list[str]:
-        """What to report: nothing where there were none."""
+        """What to report; empty if there were no comments."""
         return [f"comments skipped: {self.count}"] if self.count else []
