@@ -259,7 +259,7 @@ class Run:
         """The simulated poses of the only body, at the simulation rate; contacts are the measured ones."""
         contacts = np.zeros((len(self.qpos), 2), dtype=bool)
         contacts[:-1] = self.foot_contact  # MuJoCo finds the contacts of a step at the state before it
-        contacts[-1:] = self.foot_contact[-1:]
+        contacts[-1:] = self.foot_contact[-1:] if self.steps else False
         return Motion(
             qpos=self.qpos,
             fps=1.0 / self.timestep,

@@ -1,6 +1,8 @@
 """Metrics of a user's own beside ours, and the table that they make together."""
 
 import json
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -70,3 +72,14 @@ def test_a_table_of_several():
         "mpjpe_mm  41.24     -",
         "x_m           -  True",
     ]
+
+
+def test_the_documented_examples_run(tmp_path, monkeypatch, capsys):
+    pytest.importorskip("matplotlib")
+    monkeypatch.chdir(tmp_path)
+    page = (Path(__file__).resolve().parents[2] / "docs" / "python.md").read_text(encoding="utf-8")
+    names = {}
+    for code in re.findall(r"```python\n(.*?)```", page, re.DOTALL):
+        exec(code, names)
+    assert (tmp_path / "kick.png").is_file()
+    assert capsys.readouterr().out.splitlines()[-1].startswith("lowest_root_m ")

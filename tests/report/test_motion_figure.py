@@ -103,4 +103,5 @@ def test_without_matplotlib_the_message_names_the_extra():
 def test_one_frame_and_a_short_run_are_drawn():
     motion = swaying_motion(60.0)
     assert cut(motion, 0, 1).plot("trunk").axes[0].get_xlim() == (0, 1 / 60)
-    assert run_of(cut(motion, 0, 2), motion).plot("trunk").axes
+    for frames, end in ((2, "done"), (1, "diverged")):  # no step, where the first one diverged
+        assert run_of(cut(motion, 0, frames), motion, end=end).plot("trunk").axes
