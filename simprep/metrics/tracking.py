@@ -12,18 +12,13 @@ SATURATED_SHARE = 0.99
 _STATES_HZ = 60.0
 
 
-def every(rate: float, wanted: float) -> int:
-    """Stride that thins samples at `rate` to about `wanted` per second (never less than 1)."""
-    return max(1, round(rate / wanted))
-
-
 def body_positions(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
     """Origins of all segments, simulated and reference, at about 60 Hz.
 
     Returns:
         simulated (n, segments, 3) [m], reference (n, segments, 3) [m], and their rate [1/s].
     """
-    stride = every(1 / run.timestep, _STATES_HZ)
+    stride = max(1, round(1 / run.timestep / _STATES_HZ))
     body = run.reference.character
     simulated = forward_kinematics(run.qpos[::stride], body).xpos
     reference = forward_kinematics(run.reference_qpos[::stride], body).xpos
