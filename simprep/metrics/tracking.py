@@ -94,8 +94,8 @@ def effort(
     """What the servos spend.
 
     - `torque_rms_nm`, `torque_rms_share`: root mean square over time and hinges, in N m and as share of each hinge's
-      limit. The first is ruled by legs and trunk; the second weighs a wrist like a hip.
-    - `saturation_share`: share of hinge-steps at 99 % of the limit or more: where the servos had nothing left.
+      limit. Legs and trunk dominate the first; in the second a wrist counts as much as a hip.
+    - `saturation_share`: share of hinge-steps at 99 % of the limit or more.
     - `positive_work_j`, `absolute_work_j`: sum over hinges of the servo power's positive part, and of its size. Muscles
       pay for holding still and get little back from negative work: neither is metabolic cost.
 

@@ -23,8 +23,8 @@ def transition_peaks(
     - `peak_acceleration_rad_s2`, `peak_jerk_rad_s3`: second and third derivative of the fastest hinge. They capture the
       jolt that an unprepared transition needs, but also the target's own snap, which every arm of a comparison shares.
       Hinge angles exaggerate near a singular shoulder.
-    - `peak_rms_acceleration_rad_s2`: peak over time of the root mean square over hinges: less at the mercy of one
-      wrist.
+    - `peak_rms_acceleration_rad_s2`: peak over time of the root mean square over hinges. It depends less on any single
+      joint.
     - `peak_torque_nm`, `peak_torque_share`: largest servo torque and largest share of a limit (simulated runs only).
 
     Args:

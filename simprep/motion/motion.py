@@ -1,4 +1,4 @@
-"""Motion: a sequence of poses of the humanoid. A pose is a MuJoCo qpos, so kinematics come from MuJoCo."""
+"""Motion: a sequence of poses of a character. A pose is a MuJoCo qpos, so kinematics come from MuJoCo."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -25,7 +25,7 @@ _PLAIN = ("fps", "events", "name", "source", "loop", "character")
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Motion:
-    """A sequence of poses of one humanoid, with foot contacts and named frames.
+    """A sequence of poses of one character, with foot contacts and named frames.
 
     Attributes:
         qpos: (T, nq) root position [m] (world, z up), root quaternion (wxyz), hinge angles [rad] in the order of
@@ -36,7 +36,7 @@ class Motion:
         name: short name for tables and files.
         source: where the motion came from (file, generator), for reports.
         loop: the motion is one cycle: the frame after the last is the first, moved by the root displacement.
-        character: stature and mass of the humanoid whose poses these are.
+        character: the body whose poses these are.
 
     Raises:
         MotionError: no frames, wrong shapes, NaN, a zero quaternion, a bad frame rate or an event outside the frames.
@@ -103,7 +103,7 @@ class Motion:
         return Motion, (self.qpos, self.fps, self.contacts, dict(self.events), *plain)
 
     def __getitem__(self, frames: slice) -> "Motion":
-        """Part of the motion by frames, `motion[10:50]`; events outside of it are dropped, and a loop is one no more.
+        """Part of the motion by frames, `motion[10:50]`. Events outside of it are dropped; a part of a loop is no loop.
 
         Raises:
             MotionError: a step other than 1, or no frame left.
@@ -187,7 +187,7 @@ def differentiate(qpos: NDArray[np.float64], fps: float, character: Character = 
     Args:
         qpos: (T, nq) poses.
         fps: frames per second [1/s].
-        character: the humanoid.
+        character: the body whose poses these are.
 
     Returns:
         (T, nv) qvel in MuJoCo's convention; zero where there is only one frame.

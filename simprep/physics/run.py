@@ -42,10 +42,10 @@ class BodyRun:
     """What one body did in a run: N simulation steps, N + 1 states.
 
     Attributes:
-        reference: the motion as it was tracked (after the recorded processing), at the simulation rate; it goes on where
+        reference: the motion as it was tracked (after the recorded processing), at the simulation rate. It is whole even if
             the run ended early.
-        qpos: (N + 1, nq) simulated states.
-        qvel: (N + 1, nv).
+        qpos: (N + 1, nq) simulated poses.
+        qvel: (N + 1, nv) simulated velocities [m/s, rad/s].
         reference_qvel: (N + 1, nv) of the reference at the same times.
         target: (N, joints) servo targets [rad].
         torque: (N, joints) servo torques after their limits [N m].
@@ -105,7 +105,7 @@ class BodyRun:
 
 
 class _OfTheOnlyBody(Generic[T]):
-    """An attribute that a run of one body has from that body; a run of several says how to ask."""
+    """An attribute that a run of one body takes from that body. A run of several bodies raises an error that says how to ask."""
 
     def __set_name__(self, owner: type, name: str) -> None:
         self._name = name
@@ -133,7 +133,7 @@ class Run:
     A run of one body has the attributes of its `BodyRun` too: `run.qpos`, `run.torque`, `run.reference`. Of several,
     `run.body(k)` is the run of one of them, for everything that judges single bodies.
 
-    Equal are runs that would be the same file. `run[a:b]` is steps a to b - 1, `run.seconds(a, b)` the same by time.
+    Two runs are equal if their files would be. `run[a:b]` is steps a to b - 1, `run.seconds(a, b)` the same by time.
 
     Attributes:
         bodies: what each body did; all end when the first falls.
@@ -235,7 +235,7 @@ class Run:
         return 1.0 if whole <= 0 else min(1.0, self.end_s / whole)
 
     def body(self, number: int) -> "Run":
-        """One body's part, as a run of one that ended when the whole did; it fell only if this body did.
+        """One body's part, as a run of its own. It ends when the whole run did; it fell only if this body did.
 
         Args:
             number: which body, from 0.
@@ -270,7 +270,7 @@ class Run:
         )
 
     def __getitem__(self, steps: slice) -> "Run":
-        """A part of the run; one that stops before the end is `done`: its references end there.
+        """A part of the run. One that stops before the end is `done`, and its references end there.
 
         Args:
             steps: slice of the steps, without a stride.
