@@ -18,7 +18,7 @@ from simprep.metrics.balance import (
 from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, slip_ratio
 from simprep.metrics.metric import Metric, Metrics, collect
 from simprep.metrics.tracking import body_positions, derivative_errors, effort, position_errors, succeeded
-from simprep.metrics.transition import transition_peaks
+from simprep.metrics.transition import TRANSITION_KEYS, transition_peaks
 from simprep.motion.motion import Motion
 from simprep.physics.run import DIVERGED, Run
 
@@ -175,17 +175,13 @@ _POSTURE_KEYS = (
     "com_cos_mm", "com_inside_share", "com_to_edge_mm", "margin_of_stability_mm", "margin_of_stability_p5_mm",
     "unsupported_share", *(f"prepared_{key}" for key in PREPARED_KEYS),
 )  # fmt: skip
-_TRANSITION_KEYS = (
-    "peak_acceleration_rad_s2", "peak_jerk_rad_s3", "peak_rms_acceleration_rad_s2", "peak_torque_nm",
-    "peak_torque_share",
-)  # fmt: skip
 _CONTACT_KEYS = ("foot_slip_mm_per_stance", "foot_slip_m_s", "penetration_mm", "penetration_mean_mm")
 
 MOTION_KEYS = (
     "duration_s", *_POSTURE_KEYS,
     "zmp_to_edge_mm", "zmp_inside_share",
     "residual_force_n", "residual_force_p95_n", "residual_torque_nm", "residual_torque_p95_nm",
-    *_TRANSITION_KEYS, *_CONTACT_KEYS,
+    *TRANSITION_KEYS, *_CONTACT_KEYS,
 )  # fmt: skip
 """Names of `evaluate_motion`'s numbers."""
 
@@ -193,7 +189,7 @@ RUN_KEYS = (
     "success", "end", "fell_at_s", "survived_s", "completed_share", "g_mpjpe_mm", "mpjpe_mm", "max_body_distance_mm",
     "velocity_error_m_s", "acceleration_error_m_s2", *_POSTURE_KEYS, "cop_to_edge_mm",
     "torque_rms_nm", "torque_rms_share", "saturation_share", "positive_work_j", "absolute_work_j",
-    *_TRANSITION_KEYS, *_CONTACT_KEYS, "foot_slip_reference_mm_per_stance", "foot_slip_ratio",
+    *TRANSITION_KEYS, *_CONTACT_KEYS, "foot_slip_reference_mm_per_stance", "foot_slip_ratio",
     "s_per_s", "assist_n", "assist_nm",
 )  # fmt: skip
 """Names of `evaluate_run`'s numbers."""

@@ -2,10 +2,10 @@
 
 A metric of your own is any function of a run (or of a motion) that gives one value:
 
-    def head_height_m(run: simprep.Run) -> float:
-        return float(forward_kinematics(run.qpos, run.reference.character).xpos[:, 4, 2].mean())
+    def lowest_root_m(run: simprep.Run) -> float:
+        return float(run.qpos[:, 2].min())
 
-    metrics = simprep.evaluate_run(run, own={"head_height_m": head_height_m})
+    metrics = simprep.evaluate_run(run, own={"lowest_root_m": lowest_root_m})
     print(metrics.table())
 """
 
@@ -24,7 +24,7 @@ Subject = TypeVar("Subject", contravariant=True)
 class Metric(Protocol[Subject]):
     """Measures a `Run`, or a `Motion`: a function, or an object that can be called. The caller chooses its name.
 
-    It must not change what it measures, and give the same value for the same subject.
+    It must not change what it measures. The same subject must give the same value.
     """
 
     def __call__(self, subject: Subject, /) -> Value:

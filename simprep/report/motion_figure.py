@@ -65,25 +65,23 @@ def plot_run(run: Run, joints: str | Sequence[str] | None = None, path: str | Pa
     _draw(panels, run.simulated_motion(), groups, "simulated")
     share = 100 * np.abs(run.torque) / run.torque_limit
     for colour, (group, chosen) in zip(LINES, groups.items()):
-        panels[-1].plot(
-            run.time[:-1], share[:, chosen].max(axis=1), color=colour, lw=0.7, label=group.replace("_", " ")
-        )
+        label = group.replace("_", " ")
+        panels[-1].plot(run.time[:-1], share[:, chosen].max(axis=1), color=colour, lw=0.7, label=label)
     panels[-1].set_title("largest servo torque [% of its limit]", fontsize=9, loc="left")
     panels[-1].set_ylim(0, 105)
     if run.end != DONE:
         for axes in panels:
             axes.axvline(run.end_s, color=COLOURS[3], lw=1.5)
             axes.axvspan(run.end_s, reference.duration, color="black", alpha=0.08, lw=0)
-        panels[0].text(
-            run.end_s, 0.03, f" {run.end}", color=COLOURS[3], fontsize=8, transform=panels[0].get_xaxis_transform()
-        )
+        where = panels[0].get_xaxis_transform()
+        panels[0].text(run.end_s, 0.03, f" {run.end}", color=COLOURS[3], fontsize=8, transform=where)
     return _finish(figure, panels, reference, path)
 
 
 def _groups(character: Character, joints: str | Sequence[str] | None) -> dict[str, IntArray]:
     """Indices of the joints to draw, by the panel that they are drawn in."""
-    groups = dict(character.groups)
-    groups["other joints"] = tuple(set(character.joints) - {name for names in groups.values() for name in names})
+    grouped = {name for names in character.groups.values() for name in names}
+    groups = {**character.groups, "other joints": tuple(name for name in character.joints if name not in grouped)}
     wanted: set[str] = set(character.joints if joints is None else ())
     for name in (joints,) if isinstance(joints, str) else joints or ():
         if name not in character.groups and name not in character.joints:
@@ -113,12 +111,10 @@ def _draw(panels: Sequence[Any], motion: Motion, groups: Mapping[str, IntArray],
     height.plot(motion.times, motion.qpos[:, 2], color=COLOURS[0], label=kind or None, **style)
     height.set_title("height of the root [m]", fontsize=9, loc="left")
     for side, colour in enumerate(COLOURS[2:4]):
-        bars = [
-            (first / motion.fps, (after - first) / motion.fps) for first, after in stances(motion.contacts[:, side])
-        ]
-        feet.broken_barh(
-            bars, (0.65 - side, 0.15) if faint else (0.85 - side, 0.4), color=colour, alpha=0.5 if faint else 1
-        )
+        bars = np.array(stances(motion.contacts[:, side])).reshape(-1, 2) / motion.fps  # from and to [s]
+        bars[:, 1] -= bars[:, 0]
+        low, high = (0.65, 0.80) if faint else (0.85, 1.25)
+        feet.broken_barh(bars, (low - side, high - low), color=colour, alpha=0.5 if faint else 1.0)
     feet.set_yticks([1, 0], [f"{side} foot" for side in SIDES])
     feet.set_ylim(-0.5, 1.5)
     feet.set_title("contacts" + (", those of the reference pale" if kind else ""), fontsize=9, loc="left")

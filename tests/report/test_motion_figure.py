@@ -60,6 +60,14 @@ def test_joints_are_chosen_by_name_or_group():
         motion.plot(["trunk", "left_amr"])
 
 
+def test_joints_without_a_group_are_drawn_too_in_model_order():
+    motion = swaying_motion(60.0)
+    plain = replace(motion, character=replace(motion.character, groups={}))
+    (angles,) = plain.plot(["right_elbow_flexion", "lumbar_flexion"]).axes[2:]
+    assert angles.get_title(loc="left") == "other joints [°]"
+    assert [one.get_label() for one in angles.lines[:2]] == ["lumbar flexion", "right elbow flexion"]
+
+
 def test_a_run_is_drawn_beside_its_reference_up_to_its_fall():
     motion = swaying_motion(120.0)
     poses = motion.qpos[:97] + np.eye(motion.qpos.shape[1])[2] * 0.01

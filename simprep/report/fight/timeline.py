@@ -17,7 +17,7 @@ from simprep.report.figures import COLOURS, new_figure, save_figure
 
 INTENDED, UNINTENDED, REQUESTED = "#c2452d", "#5b616b", "#7a4fa3"
 LETTER_S = 0.055
-"""A letter takes about this share of a second of the axis where a row holds 15 s."""
+"""Width of a letter, about, on the axis of a row of 15 s [s]."""
 LONGEST_S = 300.0
 
 
