@@ -48,6 +48,9 @@ if TYPE_CHECKING:
     from simprep.library.registry import library_names as library_names
     from simprep.metrics.evaluate import evaluate_motion as evaluate_motion
     from simprep.metrics.evaluate import evaluate_run as evaluate_run
+    from simprep.metrics.metric import Metric as Metric
+    from simprep.metrics.metric import Metrics as Metrics
+    from simprep.metrics.metric import metrics_table as metrics_table
     from simprep.motion.load import (
         ImportReport as ImportReport,
     )
@@ -86,6 +89,8 @@ _EXPORTS = {
     "Fight": "simprep.duel.fight.fight",
     "ImportReport": "simprep.motion.load",
     "ImportResult": "simprep.motion.load",
+    "Metric": "simprep.metrics.metric",
+    "Metrics": "simprep.metrics.metric",
     "MissingExtraError": "simprep.errors",
     "Motion": "simprep.motion.motion",
     "MotionError": "simprep.errors",
@@ -111,6 +116,7 @@ _EXPORTS = {
     "library_motion": "simprep.library.registry",
     "library_names": "simprep.library.registry",
     "load_motion": "simprep.motion.load",
+    "metrics_table": "simprep.metrics.metric",
     "prepare": "simprep.preparation.prepare",
     "read_model": "simprep.duel.model.store",
     "read_motion": "simprep.motion.store",

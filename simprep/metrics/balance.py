@@ -161,8 +161,8 @@ def plausibility_summary(series: Balance) -> dict[str, float]:
 
     - `zmp_to_edge_mm`: mean signed distance of the ZMP to the polygon's edge, positive inside; `zmp_inside_share`:
       share inside. Frames in flight or without support are left out, so look at the residual too.
-    - `residual_force_n`, `residual_torque_nm`: mean of the invisible hand's push (`residual_wrench`), flight included;
-      `residual_force_p95_n`, `residual_torque_p95_nm`: 95th percentiles.
+    - `residual_force_n`, `residual_torque_nm`: mean force and torque that no floor contact could supply
+      (`residual_wrench`), flight included; `residual_force_p95_n`, `residual_torque_p95_nm`: 95th percentiles.
 
     Args:
         series: from `balance`.

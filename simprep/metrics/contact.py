@@ -54,11 +54,11 @@ def sphere_slip(
 ) -> NDArray[np.float64]:
     """Distance that spheres on the floor slide between frames.
 
-    A sphere that rolls carries its lowest point along while the material there rests; a foot that an animator pins by
-    the lowest point turns about it, and the material rubs on the spot. Neither is skating, so the smaller of both
-    travels counts: that of the lowest point, and that of the material at it (the centre's step plus that of the arm
-    from the centre to the floor under the rotation, forward and backward averaged, so that the direction of time
-    does not matter). Hides rubbing on the spot, at most radius times angle turned.
+    When a sphere rolls, its lowest point travels while the material there rests. When a foot turns about its lowest
+    point, that point rests while the material rubs on the spot. Neither is skating, so the smaller of both travels
+    counts: that of the lowest point, and that of the material at it. The latter is the centre's step plus that of the
+    arm from the centre to the floor under the rotation, forward and backward averaged, so that the direction of time
+    does not matter. Hides rubbing on the spot, at most radius times angle turned.
 
     Args:
         centres: (n, ..., 3) sphere centres [m].
@@ -125,9 +125,9 @@ def stance_drift(motion: Motion) -> NDArray[np.float64]:
     """How far each stance slides from its first third to its last: the net way of the foot's stillest point.
 
     `foot_slip` adds up every millimetre of a path, so measurement noise of a few millimetres per frame (a third of
-    a degree in every joint) looks like decimetres of skating; here it averages out. Of the points of a sole the
-    one that moves least counts, so neither rolling from heel to toe nor pivoting is drift. Hides sliding there and
-    back within a stance.
+    a degree in every joint) looks like decimetres of skating; here it averages out. The point of a sole that moves
+    least counts, so neither rolling from heel to toe nor pivoting is drift. Hides sliding there and back within a
+    stance.
 
     Args:
         motion: a motion with its contact flags.

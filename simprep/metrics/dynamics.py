@@ -111,10 +111,9 @@ def residual_wrench(
 
     Per frame a non-negative least squares problem: each point pushes along the four edges of the pyramidal friction
     cone that MuJoCo uses (|fx| + |fy| <= friction * fz), and what remains of the wrench about the COM is the residual.
-    It captures the invisible hand of a kinematic motion: zero means that floor contact could produce it. It hides
-    strength (joint torques may be out of reach), it trades force against moment by `lever`, and a hand on the floor
-    counts as an invisible one. In flight nothing pushes, so the residual is the whole needed wrench: zero for a true
-    free fall.
+    Zero means that floor contact could produce the motion. It hides strength: joint torques may be out of reach. It
+    trades force against moment by `lever`. What a hand on the floor supplies counts as residual. In flight nothing
+    pushes, so the residual is the whole needed wrench: zero for a true free fall.
 
     Args:
         com: (n, 3) [m].

@@ -1,6 +1,7 @@
-"""All metrics of a motion or a run in one flat dictionary, units in the keys, ready for JSON (None where undefined)."""
+"""All metrics of a motion or a run in one flat mapping, units in the names, ready for JSON (None where undefined)."""
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -14,13 +15,12 @@ from simprep.metrics.balance import (
     plausibility_summary,
     posture_summary,
 )
-from simprep.metrics.contact import floor_penetration, foot_slip, slip_ratio
+from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, slip_ratio
+from simprep.metrics.metric import Metric, Metrics, collect
 from simprep.metrics.tracking import body_positions, derivative_errors, effort, position_errors, succeeded
-from simprep.metrics.transition import transition_peaks
+from simprep.metrics.transition import TRANSITION_KEYS, transition_peaks
 from simprep.motion.motion import Motion
 from simprep.physics.run import DIVERGED, Run
-
-Metrics = dict[str, float | bool | str | None]
 
 SHORTEST_S = 0.1
 """Runs shorter than this have no metrics but their end: derivatives would be extrapolation."""
@@ -29,8 +29,11 @@ PREPARED_KEYS = ("com_cos_mm", "com_inside_share", "com_to_edge_mm", "margin_of_
 
 
 def evaluate_motion(
-    motion: Motion, launch_s: float | None = None, prepared_s: tuple[float, float] | None = None
-) -> dict[str, float | None]:
+    motion: Motion,
+    launch_s: float | None = None,
+    prepared_s: tuple[float, float] | None = None,
+    own: Mapping[str, Metric[Motion]] | None = None,
+) -> Metrics:
     """Metrics of a kinematic motion: balance, plausibility, contact, and the transition if its time is known.
 
     Args:
@@ -40,32 +43,36 @@ def evaluate_motion(
         prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...` (the whole motion
             dilutes what happens while the character prepares); None: from its event `rise` to `launch`, where it has
             both.
+        own: metrics of your own by name (`simprep.Metric`); they come after ours.
 
     Returns:
         The numbers by name, the same names for every motion; None where one does not exist.
+
+    Raises:
+        SettingError: an own metric has the name of one of ours, or gives no single value.
     """
     if motion.duration < SHORTEST_S or len(motion) < 3:
-        return dict.fromkeys(MOTION_KEYS)
+        return collect(dict.fromkeys(MOTION_KEYS), own, None)
     launch_s, prepared_s = _launch(motion, launch_s), _prepared(motion, prepared_s)
     series = balance(motion)
     slip = foot_slip(motion)
     depth = floor_penetration(motion)
-    hinges = motion.qpos[:, 7:]
-    return _finite(
-        {
-            "duration_s": motion.duration,
-            **_posture(series, prepared_s),
-            **plausibility_summary(series),
-            **transition_peaks(hinges, motion.fps, math.nan if launch_s is None else launch_s),
-            "foot_slip_mm_per_stance": slip.mm_per_stance,
-            "foot_slip_m_s": slip.contact_m_per_s,
-            "penetration_mm": 1e3 * float(depth.max()),
-            "penetration_mean_mm": 1e3 * float(depth.mean()),
-        }
-    )
+    numbers = {
+        "duration_s": motion.duration,
+        **_posture(series, prepared_s),
+        **plausibility_summary(series),
+        **transition_peaks(motion.qpos[:, 7:], motion.fps, math.nan if launch_s is None else launch_s),
+        **_contact(slip, depth),
+    }
+    return collect(numbers, own, motion)
 
 
-def evaluate_run(run: Run, launch_s: float | None = None, prepared_s: tuple[float, float] | None = None) -> Metrics:
+def evaluate_run(
+    run: Run,
+    launch_s: float | None = None,
+    prepared_s: tuple[float, float] | None = None,
+    own: Mapping[str, Metric[Run]] | None = None,
+) -> Metrics:
     """Metrics of a simulated run, with the keys that `track --json` prints.
 
     A run that fell is measured over what it completed: read `success`, `completed_share` and `survived_s` first. A run
@@ -77,14 +84,18 @@ def evaluate_run(run: Run, launch_s: float | None = None, prepared_s: tuple[floa
             transition metrics.
         prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...`; None: from the
             reference's event `rise` to `launch`. A run that did not reach its end has no such numbers.
+        own: metrics of your own by name (`simprep.Metric`); they come after ours.
 
     Returns:
         The numbers by name, the same names for every run; None where one does not exist. `success`: see
         `simprep.metrics.tracking.succeeded`; `s_per_s`: computing time per simulated second; `assist_n`, `assist_nm`:
         largest external force and torque; `penetration_mm`: deepest of any step; `foot_slip_ratio`: see
         `simprep.metrics.contact.slip_ratio`.
+
+    Raises:
+        SettingError: an own metric has the name of one of ours, or gives no single value.
     """
-    result: Metrics = dict.fromkeys(RUN_KEYS)
+    result: dict[str, object] = dict.fromkeys(RUN_KEYS)
     result |= {
         "success": False,
         "end": run.end,
@@ -96,7 +107,7 @@ def evaluate_run(run: Run, launch_s: float | None = None, prepared_s: tuple[floa
         "assist_nm": run.assist.torque_nm,
     }
     if run.end == DIVERGED or len(run.torque) * run.timestep < SHORTEST_S or not np.isfinite(run.qpos).all():
-        return result
+        return collect(result, own, None)
     launch_s, prepared_s = _launch(run.reference, launch_s), _prepared(run.reference, prepared_s)
     motion = run.simulated_motion()
     series = balance(motion)
@@ -105,7 +116,8 @@ def evaluate_run(run: Run, launch_s: float | None = None, prepared_s: tuple[floa
     reference_motion = _reference_motion(run, motion)
     slip, reference_slip = foot_slip(motion), foot_slip(reference_motion)
     pressure = centre_of_pressure_to_edge(series, run.time[:-1] - run.time[0], run.centre_of_pressure)
-    numbers = {
+    result |= {
+        "success": succeeded(run, errors["max_body_distance_mm"]),
         **errors,
         **derivative_errors(simulated, reference, rate),
         **_posture(series, prepared_s),
@@ -114,14 +126,20 @@ def evaluate_run(run: Run, launch_s: float | None = None, prepared_s: tuple[floa
         **transition_peaks(
             run.qpos[:, 7:], motion.fps, math.nan if launch_s is None else launch_s, run.torque, run.torque_limit
         ),
-        "foot_slip_mm_per_stance": slip.mm_per_stance,
-        "foot_slip_m_s": slip.contact_m_per_s,
+        **_contact(slip, run.penetration),
         "foot_slip_reference_mm_per_stance": reference_slip.mm_per_stance,
         "foot_slip_ratio": slip_ratio(slip, reference_slip),
-        "penetration_mm": 1e3 * float(run.penetration.max()),
-        "penetration_mean_mm": 1e3 * float(run.penetration.mean()),
     }
-    return result | {"success": succeeded(run, errors["max_body_distance_mm"])} | _finite(numbers)
+    return collect(result, own, run)
+
+
+def _contact(slip: FootSlip, depth: NDArray[np.float64]) -> dict[str, float]:
+    return {
+        "foot_slip_mm_per_stance": slip.mm_per_stance,
+        "foot_slip_m_s": slip.contact_m_per_s,
+        "penetration_mm": 1e3 * float(depth.max()),
+        "penetration_mean_mm": 1e3 * float(depth.mean()),
+    }
 
 
 def _reference_motion(run: Run, simulated: Motion) -> Motion:
@@ -153,17 +171,9 @@ def _prepared(motion: Motion, prepared_s: tuple[float, float] | None) -> tuple[f
     return prepared_s
 
 
-def _finite(numbers: dict[str, float]) -> dict[str, float | None]:
-    return {key: float(value) if math.isfinite(value) else None for key, value in numbers.items()}
-
-
 _POSTURE_KEYS = (
     "com_cos_mm", "com_inside_share", "com_to_edge_mm", "margin_of_stability_mm", "margin_of_stability_p5_mm",
     "unsupported_share", *(f"prepared_{key}" for key in PREPARED_KEYS),
-)  # fmt: skip
-_TRANSITION_KEYS = (
-    "peak_acceleration_rad_s2", "peak_jerk_rad_s3", "peak_rms_acceleration_rad_s2", "peak_torque_nm",
-    "peak_torque_share",
 )  # fmt: skip
 _CONTACT_KEYS = ("foot_slip_mm_per_stance", "foot_slip_m_s", "penetration_mm", "penetration_mean_mm")
 
@@ -171,7 +181,7 @@ MOTION_KEYS = (
     "duration_s", *_POSTURE_KEYS,
     "zmp_to_edge_mm", "zmp_inside_share",
     "residual_force_n", "residual_force_p95_n", "residual_torque_nm", "residual_torque_p95_nm",
-    *_TRANSITION_KEYS, *_CONTACT_KEYS,
+    *TRANSITION_KEYS, *_CONTACT_KEYS,
 )  # fmt: skip
 """Names of `evaluate_motion`'s numbers."""
 
@@ -179,7 +189,7 @@ RUN_KEYS = (
     "success", "end", "fell_at_s", "survived_s", "completed_share", "g_mpjpe_mm", "mpjpe_mm", "max_body_distance_mm",
     "velocity_error_m_s", "acceleration_error_m_s2", *_POSTURE_KEYS, "cop_to_edge_mm",
     "torque_rms_nm", "torque_rms_share", "saturation_share", "positive_work_j", "absolute_work_j",
-    *_TRANSITION_KEYS, *_CONTACT_KEYS, "foot_slip_reference_mm_per_stance", "foot_slip_ratio",
+    *TRANSITION_KEYS, *_CONTACT_KEYS, "foot_slip_reference_mm_per_stance", "foot_slip_ratio",
     "s_per_s", "assist_n", "assist_nm",
 )  # fmt: skip
 """Names of `evaluate_run`'s numbers."""

@@ -55,9 +55,8 @@ def paired_differences(
     """`with_arm` minus `without_arm` over cases that agree in target, alpha, seed and controller.
 
     Falls are not averaged away: a pair in which either arm failed is left out of every metric except those of
-    `SURVIVAL`, and counted in `n_failed_with` and `n_failed_without`. So the medians speak of cases that both arms
-    survived; an arm that fails where it is hardest looks better in them than it is, which is why the counts stand
-    beside.
+    `SURVIVAL`, and counted in `n_failed_with` and `n_failed_without`. So the medians are of cases that both arms
+    survived. An arm that fails the hardest cases looks better in them than it is; read them with the counts.
 
     Args:
         cases: mappings with `target`, `alpha`, `arm`, `controller`, `seed`, `success`, and metrics; None and NaN are

@@ -12,18 +12,13 @@ SATURATED_SHARE = 0.99
 _STATES_HZ = 60.0
 
 
-def every(rate: float, wanted: float) -> int:
-    """Stride that thins samples at `rate` to about `wanted` per second (never less than 1)."""
-    return max(1, round(rate / wanted))
-
-
 def body_positions(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
     """Origins of all segments, simulated and reference, at about 60 Hz.
 
     Returns:
         simulated (n, segments, 3) [m], reference (n, segments, 3) [m], and their rate [1/s].
     """
-    stride = every(1 / run.timestep, _STATES_HZ)
+    stride = max(1, round(1 / run.timestep / _STATES_HZ))
     body = run.reference.character
     simulated = forward_kinematics(run.qpos[::stride], body).xpos
     reference = forward_kinematics(run.reference_qpos[::stride], body).xpos
@@ -99,8 +94,8 @@ def effort(
     """What the servos spend.
 
     - `torque_rms_nm`, `torque_rms_share`: root mean square over time and hinges, in N m and as share of each hinge's
-      limit. The first is ruled by legs and trunk; the second weighs a wrist like a hip.
-    - `saturation_share`: share of hinge-steps at 99 % of the limit or more: where the servos had nothing left.
+      limit. Legs and trunk dominate the first; in the second a wrist counts as much as a hip.
+    - `saturation_share`: share of hinge-steps at 99 % of the limit or more.
     - `positive_work_j`, `absolute_work_j`: sum over hinges of the servo power's positive part, and of its size. Muscles
       pay for holding still and get little back from negative work: neither is metabolic cost.
 

@@ -5,6 +5,10 @@ from numpy.typing import NDArray
 
 from simprep.metrics.smoothing import gaussian_derivatives
 
+TRANSITION_KEYS = (
+    "peak_acceleration_rad_s2", "peak_jerk_rad_s3", "peak_rms_acceleration_rad_s2", "peak_torque_nm", "peak_torque_share",
+)  # fmt: skip
+"""Names of the numbers, in order."""
 WINDOW_S = 0.25
 _PEAK_HZ = 240.0
 
@@ -23,8 +27,8 @@ def transition_peaks(
     - `peak_acceleration_rad_s2`, `peak_jerk_rad_s3`: second and third derivative of the fastest hinge. They capture the
       jolt that an unprepared transition needs, but also the target's own snap, which every arm of a comparison shares.
       Hinge angles exaggerate near a singular shoulder.
-    - `peak_rms_acceleration_rad_s2`: peak over time of the root mean square over hinges: less at the mercy of one
-      wrist.
+    - `peak_rms_acceleration_rad_s2`: peak over time of the root mean square over hinges. It depends less on any single
+      joint.
     - `peak_torque_nm`, `peak_torque_share`: largest servo torque and largest share of a limit (simulated runs only).
 
     Args:
@@ -38,17 +42,16 @@ def transition_peaks(
         The numbers by name; NaN where the window is not wholly inside the motion (a fall must not look gentle) or has
         no torque.
     """
-    names = ("peak_acceleration_rad_s2", "peak_jerk_rad_s3", "peak_rms_acceleration_rad_s2")
-    missing = {name: float("nan") for name in (*names, "peak_torque_nm", "peak_torque_share")}
+    missing = dict.fromkeys(TRANSITION_KEYS, float("nan"))
     duration = (len(hinges) - 1) / fps
     if not (launch_s - WINDOW_S >= -1e-9 and launch_s + WINDOW_S <= duration + 1e-9):  # also when launch_s is NaN
         return missing
     times, (acceleration, jerk) = gaussian_derivatives(hinges, fps, (2, 3), _PEAK_HZ)
     near = np.abs(times - launch_s) <= WINDOW_S + 1e-9
     peaks = missing | {
-        names[0]: float(np.abs(acceleration[near]).max()),
-        names[1]: float(np.abs(jerk[near]).max()),
-        names[2]: float(np.sqrt(np.mean(acceleration[near] ** 2, axis=1)).max()),
+        "peak_acceleration_rad_s2": float(np.abs(acceleration[near]).max()),
+        "peak_jerk_rad_s3": float(np.abs(jerk[near]).max()),
+        "peak_rms_acceleration_rad_s2": float(np.sqrt(np.mean(acceleration[near] ** 2, axis=1)).max()),
     }
     if torque is not None and len(torque) >= 2:
         times, (smooth,) = gaussian_derivatives(torque, fps, (0,), _PEAK_HZ)

@@ -1,10 +1,11 @@
 """Motion: a sequence of poses of a character. A pose is a MuJoCo qpos."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
@@ -13,6 +14,9 @@ from numpy.typing import NDArray
 from simprep.character import Character
 from simprep.errors import MotionError
 from simprep.humanoid import humanoid
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 MAX_FPS = 1000.0
 MIN_FPS = 1.0
@@ -134,6 +138,21 @@ class Motion:
         from simprep.motion.store import save_motion
 
         return save_motion(self, path)
+
+    def plot(self, joints: str | Sequence[str] | None = None, path: str | Path | None = None) -> "Figure":
+        """Draw root height, contacts and joint angles over time; see `simprep.report.motion_figure.plot_motion`.
+
+        Args:
+            joints: names of joints or of groups of joints of the character (`left_arm`), one or several; None for all.
+            path: PNG file to write as well; None to write none.
+
+        Raises:
+            UnknownNameError: no such joint or group.
+            MissingExtraError: matplotlib is not installed.
+        """
+        from simprep.report.motion_figure import plot_motion
+
+        return plot_motion(self, joints, path)
 
     @property
     def duration(self) -> float:

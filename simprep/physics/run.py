@@ -1,9 +1,9 @@
 """What a simulation returns: everything needed to judge it, and nothing that was not simulated."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Generic, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,9 @@ from simprep.errors import MotionError
 from simprep.motion.edit import cut
 from simprep.motion.motion import Motion
 from simprep.physics.contacts import BodyContact
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 DONE, FELL, DIVERGED = "done", "fell", "diverged"
 ENDS = (DONE, FELL, DIVERGED)
@@ -245,7 +248,7 @@ class Run:
         """The simulated poses of the only body, at the simulation rate; contacts are the measured ones."""
         contacts = np.zeros((len(self.qpos), 2), dtype=bool)
         contacts[:-1] = self.foot_contact  # MuJoCo finds the contacts of a step at the state before it
-        contacts[-1:] = self.foot_contact[-1:]
+        contacts[-1:] = self.foot_contact[-1:] if self.steps else False
         return Motion(
             qpos=self.qpos,
             fps=1.0 / self.timestep,
@@ -306,6 +309,21 @@ class Run:
         from simprep.physics.store import save_run
 
         return save_run(self, path)
+
+    def plot(self, joints: str | Sequence[str] | None = None, path: str | Path | None = None) -> "Figure":
+        """Draw the only body's motion beside its reference, torques and the end; see `simprep.report.motion_figure.plot_run`.
+
+        Args:
+            joints: names of joints or of groups of joints of the character (`left_arm`), one or several; None for all.
+            path: PNG file to write as well; None to write none.
+
+        Raises:
+            UnknownNameError: no such joint or group.
+            MissingExtraError: matplotlib is not installed.
+        """
+        from simprep.report.motion_figure import plot_run
+
+        return plot_run(self, joints, path)
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, Run):

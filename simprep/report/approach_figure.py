@@ -74,14 +74,8 @@ def plot_approach(
         below.plot([at, at + 0.5], [action.alpha] * 2, color="#5b616b", lw=2, alpha=0.6)
     below.plot([], [], color="#5b616b", lw=2, alpha=0.6, label="α chosen")
     begins = [action.frame / motion.fps for action in result.actions]
-    below.plot(
-        begins,
-        [action.goal_distance for action in result.actions],
-        "o--",
-        color="#b8860b",
-        ms=3,
-        label="to the goal [m]",
-    )
+    distances = [action.goal_distance for action in result.actions]
+    below.plot(begins, distances, "o--", color="#b8860b", ms=3, label="to the goal [m]")
     for frame in result.launches:
         below.axvline(frame / motion.fps, color="black", ls=":", lw=0.9)
     below.set_xlim(0, motion.duration)

@@ -8,9 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.errors import SettingError
-from simprep.files import atomic_path
 from simprep.motion.motion import Motion
-from simprep.report.film_strip import Row, Stage, StripSettings, film_strip, pillow
+from simprep.report.film_strip import Row, Stage, StripSettings, film_strip, save_picture
 
 COLUMNS = 10
 PICTURE_PX = (120, 150)
@@ -52,7 +51,6 @@ def save_contact_sheet(
     """
     if not motions:
         raise SettingError("a contact sheet of no motions; valid: 1 or more")
-    image_module = pillow()[0]
     width, height = PICTURE_PX
     layout = StripSettings(columns=COLUMNS, width_px=width, height_px=height)
     strips = []
@@ -62,7 +60,4 @@ def save_contact_sheet(
             settings = replace(layout, times_s=tuple(float(time) for time in picture_times(motion)))
             strips.append(film_strip([row], settings, stage))
             progress(number)
-    picture = image_module.fromarray(np.concatenate(strips))
-    with atomic_path(path) as temporary:
-        picture.quantize(COLOURS).save(temporary, format="PNG", optimize=True)
-    return Path(path)
+    return save_picture(np.concatenate(strips), path, COLOURS)

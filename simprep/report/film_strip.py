@@ -143,10 +143,20 @@ def save_film_strip(rows: Sequence[Row], path: str | Path, settings: StripSettin
     Returns:
         The path written.
     """
-    image_module, _, _ = pillow()
-    picture = image_module.fromarray(film_strip(rows, settings))
+    return save_picture(film_strip(rows, settings), path)
+
+
+def save_picture(picture: NDArray[np.uint8], path: str | Path, colours: int = 256) -> Path:
+    """Write a picture as PNG with a palette, atomically, and return the path.
+
+    Args:
+        picture: (height, width, 3) RGB.
+        path: the PNG file.
+        colours: of the palette.
+    """
+    image = pillow()[0].fromarray(picture).quantize(colours)
     with atomic_path(path) as temporary:
-        picture.quantize(256, dither=image_module.Dither.NONE).save(temporary, format="PNG", optimize=True)
+        image.save(temporary, format="PNG", optimize=True)
     return Path(path)
 
 

@@ -69,7 +69,7 @@ def test_bars_are_as_long_as_actions(tmp_path):
     )  # 300 and 60 frames, less text and edges
 
 
-def test_contacts_falls_and_overlap_are_drawn(tmp_path):
+def test_contacts_and_falls_are_drawn(tmp_path):
     pytest.importorskip("matplotlib")
     fight = make_fight([(0, NEUTRAL)], [(0, NEUTRAL)])
 
@@ -88,8 +88,6 @@ def test_contacts_falls_and_overlap_are_drawn(tmp_path):
     fallen = fight_timeline(fight, tmp_path / "c.png", falls=[(5.0, 1)])
     plain = fight_timeline(fight, tmp_path / "d.png")
     assert pixels(fallen, "#000000") > pixels(plain, "#000000") + 200  # a line and two words
-    with pytest.raises(SettingError, match="3 depths for 600 frames"):
-        fight_timeline(fight, tmp_path / "e.png", depth=np.zeros(3))
     with pytest.raises(SettingError, match=r"rows of 0.5 s; valid: 1 to 60"):
         fight_timeline(fight, tmp_path / "e.png", row_s=0.5)
 

@@ -1,4 +1,5 @@
-"""How like the stream that its model has learned from a fight is: Jensen-Shannon distances of what follows what, of distances and of facings."""
+"""How similar a fight is to the stream that its model has learned from: Jensen-Shannon distances between what follows what,
+how far apart the fighters are, and how they face each other."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -49,9 +50,9 @@ class Distributions:
     Attributes:
         bigram: (player, label, next label of the same player): the edges of G1 and G2 that were walked.
         cross_bigram: (player, the opponent's label in the last frame before, the label that the player begins then): the
-            cross edges C. Independent fighters keep the former and lose these.
-        kind_bigram: the same as `bigram` of labels without their supporting feet (`move`): some forty instead of hundreds,
-            so that minutes can tell something.
+            cross edges C. Fighters that ignore each other have the right bigrams and the wrong cross bigrams.
+        kind_bigram: the same as `bigram` of labels without their supporting feet (`move`). There are some forty of these
+            instead of hundreds, so a few minutes suffice.
         kind_cross_bigram: the same as `cross_bigram` of these.
         distance: root distance in `DISTANCE_EDGES_M` [s in each bin].
         facing: facing errors in `FACING_EDGES_DEG` [s in each bin].
@@ -143,9 +144,9 @@ def js_distance(first: Counts, second: Counts) -> float:
 def js_distances(fight: Distributions, recorded: Distributions) -> dict[str, float]:
     """Jensen-Shannon distances of a fight to a recorded stream, by `KINDS`.
 
-    A finite sample differs from the distribution it was drawn from, and the more so the fewer it holds against the number
-    of things that may happen: labels and their pairs are many, so bigrams of a minute are far from anything. Compare
-    only samples of equal size, or with `js_floor`.
+    A finite sample differs from the distribution that it was drawn from, most of all if there are many possible outcomes.
+    There are many pairs of labels, so the bigrams of one minute are far from any distribution. Compare only samples of
+    equal size, or with `js_floor`.
 
     Args:
         fight: of one fight, or `pooled` from several.

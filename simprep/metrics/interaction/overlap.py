@@ -1,4 +1,4 @@
-"""Where two fighters are inside each other, and which of it an attack meant: from poses, without physics."""
+"""Where two fighters overlap, and which overlaps an attack intended: from poses, without physics."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -101,7 +101,7 @@ def overlaps(stream: DuelStream) -> Overlaps:
 
 
 def recorded_contacts(contacts: Sequence[BodyContact], stream: DuelStream) -> Overlaps:
-    """Contacts that a simulation recorded, on the frames of a fight; none is too short to be on one.
+    """Contacts that a simulation recorded, on the frames of a fight. Each is on one frame at least, however short it is.
 
     Args:
         contacts: of the run.

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, LEARNED_ASPECTS, OTHERS, QUALIFIERS, decode
 from simprep.errors import MotionError
+from simprep.metrics.balance import mean
 
 ANSWER_S = 0.5
 """Time from the beginning of an attack within which an answer must begin [s]."""
@@ -134,9 +135,9 @@ def reactions(table: IntArray, codes: IntArray, bounds: NDArray[np.integer], fps
     return Reactions(
         (per_minute[0], per_minute[1]),
         len(answered),
-        _mean(answered),
-        (_mean(answered[struck == 0]), _mean(answered[struck == 1])),
-        _mean(np.concatenate(chance)),
+        mean(answered),
+        (mean(answered[struck == 0]), mean(answered[struck == 1])),
+        mean(np.concatenate(chance)),
         float(np.median(known)) if len(known) else float("nan"),
     )
 
@@ -190,7 +191,3 @@ def _chance(
     for shift in np.linspace(least, length - least, SHIFTS).astype(np.int64):
         total += answers(np.sort(first + (begun - first + shift) % length))[0]
     return total / SHIFTS
-
-
-def _mean(values: NDArray[np.bool_] | NDArray[np.float64]) -> float:
-    return float(np.mean(values)) if len(values) else float("nan")

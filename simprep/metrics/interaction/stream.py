@@ -1,6 +1,6 @@
 """How two people fight: one set of numbers for recorded streams, synthesised and simulated fights.
 
-What is counted how stands with each part: `reactions`, `overlap`, `stability`, `distributions`, `stitches`.
+Each part says what it counts: `reactions`, `overlap`, `stability`, `distributions`, `stitches`.
 """
 
 import math

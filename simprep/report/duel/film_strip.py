@@ -8,8 +8,7 @@ from numpy.typing import NDArray
 
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
-from simprep.files import atomic_path
-from simprep.report.film_strip import FAINT, HEADER_PX, StripSettings, pillow
+from simprep.report.film_strip import FAINT, HEADER_PX, StripSettings, pillow, save_picture
 from simprep.report.gl import Canvas, find_backend
 from simprep.scene import SceneSettings, build_scene
 
@@ -77,11 +76,7 @@ def save_pair_strip(
     Returns:
         The path written.
     """
-    image_module, _, _ = pillow()
-    picture = image_module.fromarray(pair_strip(stream, frames, captions, settings))
-    with atomic_path(path) as temporary:
-        picture.quantize(256, dither=image_module.Dither.NONE).save(temporary, format="PNG", optimize=True)
-    return Path(path)
+    return save_picture(pair_strip(stream, frames, captions, settings), path)
 
 
 def _pictures(stream: DuelStream, frames: Sequence[int], settings: StripSettings) -> list[NDArray[np.uint8]]:

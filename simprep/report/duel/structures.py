@@ -86,16 +86,8 @@ def _draw_edges(
         start, end = source[row], target[column]
         within = start[0] == end[0]
         if within and row == column:  # a label that follows itself
-            axes.plot(
-                start[0] * 1.05,
-                start[1],
-                "o",
-                mfc="none",
-                mec=colour,
-                ms=9,
-                mew=0.5 + 2 * strength,
-                alpha=0.3 + 0.6 * strength,
-            )
+            look = {"mfc": "none", "mec": colour, "mew": 0.5 + 2 * strength, "alpha": 0.3 + 0.6 * strength}
+            axes.plot(start[0] * 1.05, start[1], "o", ms=9, **look)
             continue
         bend = 0.32 * np.sign(start[0]) * np.sign(end[1] - start[1]) if within else 0.03
         axes.annotate(

@@ -34,7 +34,11 @@ def strip_frames(fight: Fight, count: int) -> tuple[int, ...]:
     frames = len(fight.stream)
     if count >= frames:
         return tuple(range(frames))
-    out = np.array(sorted({_farthest(one.start, one.end, one.label) for one in fight.actions if _attacks(one.label)}))
+    out = np.array(
+        sorted(
+            {_farthest(one.start, one.end, one.label) for one in fight.actions if Label.from_code(one.label).attacks}
+        )
+    )
     edges = np.linspace(0, frames, count + 1).astype(int)
     chosen = []
     for first, after in pairwise(edges):
@@ -60,10 +64,6 @@ def strip_captions(fight: Fight, frames: Sequence[int]) -> tuple[str, ...]:
             words.append(f"{name}: {short_text(Label.from_code(own[-1].label)) or 'neutral'}")
         out.append(", ".join(words))
     return tuple(out)
-
-
-def _attacks(code: int) -> bool:
-    return Label.from_code(code).attacks
 
 
 def _farthest(start: int, end: int, code: int) -> int:

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simprep.duel.fight.fight import NONE, Fight
+from simprep.duel.fight.hits import JudgedContact
 from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import PLAYERS, root_distance
 from simprep.errors import SettingError
@@ -16,35 +17,15 @@ from simprep.report.figures import COLOURS, new_figure, save_figure
 
 INTENDED, UNINTENDED, REQUESTED = "#c2452d", "#5b616b", "#7a4fa3"
 LETTER_S = 0.055
-"""A letter takes about this share of a second of the axis where a row holds 15 s."""
+"""Width of a letter, about, on the axis of a row of 15 s [s]."""
 LONGEST_S = 300.0
-
-
-class Contact(Protocol):
-    """A contact between the fighters, as a simulation records it."""
-
-    @property
-    def start_s(self) -> float:
-        """Time of the first touch [s]."""
-        ...
-
-    @property
-    def impulse_ns(self) -> float:
-        """Size of the impulse [N s]."""
-        ...
-
-    @property
-    def intended(self) -> bool:
-        """Whether an attack meant it."""
-        ...
 
 
 def fight_timeline(
     fight: Fight,
     path: str | Path,
-    contacts: Sequence[Contact] = (),
+    contacts: Sequence[JudgedContact] = (),
     falls: Sequence[tuple[float, int]] = (),
-    depth: NDArray[np.float64] | None = None,
     row_s: float = 15.0,
 ) -> Path:
     """Draw a fight: bars of the actions of A and B, and below them root distance, contacts and falls, row by row.
@@ -52,16 +33,15 @@ def fight_timeline(
     Args:
         fight: what to draw; readable up to about a minute.
         path: the PNG file.
-        contacts: between the fighters (`simprep.duel.fight.hits.JudgedContact`); larger marks for larger impulses.
+        contacts: between the fighters; larger marks for larger impulses.
         falls: (time [s], player) of each; what comes after the first is shaded.
-        depth: (T,) overlap of the fighters [m], drawn as an area.
         row_s: length of a row [s]; a fight that fits into one fills it.
 
     Returns:
         The path written.
 
     Raises:
-        SettingError: a fight of more than 5 minutes, rows that are too short, or depths of another length.
+        SettingError: a fight of more than 5 minutes, or rows that are too short.
         MissingExtraError: matplotlib is not installed.
     """
     stream = fight.stream
@@ -70,8 +50,6 @@ def fight_timeline(
         raise SettingError(f"a time line of {seconds:.0f} s; valid: up to {LONGEST_S:g} s (cut the fight first)")
     if not 1 <= row_s <= 60:
         raise SettingError(f"rows of {row_s} s; valid: 1 to 60")
-    if depth is not None and len(depth) != len(stream):
-        raise SettingError(f"{len(depth)} depths for {len(stream)} frames; valid: one per frame")
     count = max(1, int(np.ceil(seconds / row_s - 1e-6)))
     row_s = max(seconds, 1.0) if count == 1 else row_s
     over = min((time for time, _ in falls), default=np.inf)
@@ -84,7 +62,7 @@ def fight_timeline(
         above = figure.add_subplot(grid[2 * row])
         _draw_actions(above, fight, span)
         below = figure.add_subplot(grid[2 * row + 1], sharex=above)
-        _draw_distance(below, distance, depth, stream.fps, span)
+        _draw_distance(below, distance, stream.fps, span)
         _draw_contacts(below, contacts, falls, span)
         above.tick_params(labelbottom=False)
         above.set_xlim(span)
@@ -94,7 +72,7 @@ def fight_timeline(
             axes.tick_params(labelsize=7)
             axes.spines[["top", "right"]].set_visible(False)
     below.set_xlabel("time [s]", fontsize=8)
-    _legend(figure, contacts, falls, depth, any(one.request for one in fight.actions))
+    _legend(figure, contacts, any(one.request for one in fight.actions))
     return save_figure(figure, path)
 
 
@@ -128,27 +106,17 @@ def _draw_actions(axes: Any, fight: Fight, span: tuple[float, float]) -> None:
     axes.set_ylim(-0.5, 1.6)
 
 
-def _draw_distance(
-    axes: Any, distance: NDArray[np.float64], depth: NDArray[np.float64] | None, fps: float, span: tuple[float, float]
-) -> None:
+def _draw_distance(axes: Any, distance: NDArray[np.float64], fps: float, span: tuple[float, float]) -> None:
     time = np.arange(len(distance)) / fps
     inside = (time >= span[0] - 1 / fps) & (time <= span[1] + 1 / fps)
     axes.plot(time[inside], distance[inside], color=COLOURS[0], lw=1.2)
-    top = max(2.0, 1.05 * float(distance.max()))
-    if depth is not None:
-        right = axes.twinx()
-        right.fill_between(time[inside], 0, depth[inside], color=COLOURS[1], alpha=0.7, lw=0)
-        right.set_ylim(0, max(0.4, 1.05 * float(depth.max())))
-        right.set_ylabel("overlap [m]", fontsize=7)
-        right.tick_params(labelsize=6)
-        right.spines[["top"]].set_visible(False)
-    axes.set_ylim(0, top)
+    axes.set_ylim(0, max(2.0, 1.05 * float(distance.max())))
     axes.set_ylabel("distance [m]", fontsize=7)
     axes.grid(axis="y", alpha=0.3)
 
 
 def _draw_contacts(
-    axes: Any, contacts: Sequence[Contact], falls: Sequence[tuple[float, int]], span: tuple[float, float]
+    axes: Any, contacts: Sequence[JudgedContact], falls: Sequence[tuple[float, int]], span: tuple[float, float]
 ) -> None:
     level = 0.3 * axes.get_ylim()[1]
     for contact in contacts:
@@ -171,13 +139,7 @@ def _size(impulse: float) -> float:
     return 12.0 + 8.0 * min(impulse, 40.0)
 
 
-def _legend(
-    figure: Any,
-    contacts: Sequence[Contact],
-    falls: Sequence[tuple[float, int]],
-    depth: NDArray[np.float64] | None,
-    requests: bool,
-) -> None:
+def _legend(figure: Any, contacts: Sequence[JudgedContact], requests: bool) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -188,8 +150,6 @@ def _legend(
     handles.append(Patch(color=COLOUR_OF["right kick"], alpha=PALE, label="on the way back"))
     handles.append(mark("^", "black", "interaction moment", 4))
     handles.append(Line2D([], [], color=COLOURS[0], lw=1.2, label="root distance"))
-    if depth is not None:
-        handles.append(Patch(color=COLOURS[1], alpha=0.7, label="overlap (right axis)"))
     if contacts:
         handles += [
             mark("o", INTENDED, "contact meant (10 N s)", float(np.sqrt(_size(10)))),
