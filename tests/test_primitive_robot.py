@@ -134,7 +134,9 @@ def test_mpc_stays_up_from_walk_to_jab(moves: tuple[Path, int]) -> None:
 
 def test_fights_refuse_it(moves: tuple[Path, int], tmp_path: Path) -> None:
     jab = simprep.read_motion(moves[0] / "jab.npz")
-    with pytest.raises(MotionFileError, match=r"player A is simprep_primitive_robot; .* simprep_humanoid only"):
+    with pytest.raises(
+        MotionFileError, match=r"player A is <Character simprep_primitive_robot.* made for simprep_humanoid"
+    ):
         save_stream(DuelStream((jab, jab)), tmp_path / "stream.npz")
 
 

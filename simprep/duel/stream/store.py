@@ -32,7 +32,7 @@ def save_stream(stream: DuelStream, path: str | Path) -> Path:
         if not _is_ours(motion.character):
             raise MotionFileError(
                 path,
-                f"player {player} is {motion.character.name}; fights are learned from and made for {MODEL_NAME} only",
+                f"player {player} is {motion.character}; fights are learned from and made for {MODEL_NAME} as it is",
             )
     header = {
         "schema": SCHEMA,
