@@ -1,4 +1,4 @@
-"""Plots of the validation study. Needs matplotlib (extra `report`); every function writes one PNG, atomically."""
+"""Plots of the validation study, each one PNG, written atomically. They need matplotlib (extra `report`)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -30,9 +30,6 @@ def plot_com_and_support(motions: Mapping[str, Motion], frames: Sequence[int], p
         path: the PNG file.
         title: heading of the figure.
 
-    Returns:
-        The path written.
-
     Raises:
         MissingExtraError: matplotlib is not installed.
     """
@@ -55,15 +52,12 @@ def plot_com_and_support(motions: Mapping[str, Motion], frames: Sequence[int], p
 
 
 def support_margin(motion: Motion) -> Series:
-    """Signed distance of the COM projection to the edge of the support polygon, over time.
+    """Times [s] and signed distances [m] (T,) of the COM projection to the support polygon's edge, positive inside.
 
-    Contacts pass a median filter of 50 ms, since a simulated foot chatters while it takes up load.
+    Contacts pass a median filter of 50 ms, since a simulated foot chatters while it takes up load. NaN in flight.
 
     Args:
         motion: kinematic or simulated; its contacts say which feet support.
-
-    Returns:
-        Time (T,) [s], and distance (T,) [m]: positive inside, NaN in flight.
     """
     kinematics = forward_kinematics(motion.qpos, motion.character)
     width = 2 * round(motion.fps * DEBOUNCE_S / 2) + 1
@@ -82,9 +76,6 @@ def plot_margins(
         path: the PNG file.
         title: heading of the figure.
         launch_s: instant marked by a vertical line [s].
-
-    Returns:
-        The path written.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -124,9 +115,6 @@ def plot_blending_curves(
         curves: name to function of (alpha, C).
         constants: name of a body part to its constant C; one panel each.
         path: the PNG file.
-
-    Returns:
-        The path written.
 
     Raises:
         MissingExtraError: matplotlib is not installed.
@@ -199,7 +187,7 @@ def new_figure(width: float, height: float) -> Any:
 
 
 def save_figure(figure: Any, path: str | Path) -> Path:
-    """Write a figure as PNG, atomically, and return the path."""
+    """Write a figure as PNG, atomically."""
     with atomic_path(path) as temporary:
         figure.savefig(temporary, dpi=DPI, format="png")
     return Path(path)

@@ -15,9 +15,6 @@ def plot_learning_curve(steps: Sequence[int], returns: Sequence[float], best: fl
         best: the largest return possible, mean over all states.
         path: the PNG file.
 
-    Returns:
-        The path written.
-
     Raises:
         MissingExtraError: matplotlib is not installed.
     """

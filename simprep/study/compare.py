@@ -38,13 +38,10 @@ def motion_rows(study: Study) -> list[dict[str, Any]]:
 
 
 def paired_by_controller(study: Study) -> dict[str, Paired]:
-    """With minus without posture optimisation in physics (see `simprep.metrics.paired.paired_differences`).
+    """With minus without posture optimisation in physics, by controller (`simprep.metrics.paired.paired_differences`).
 
     Args:
         study: finished, or cut short.
-
-    Returns:
-        {controller: {metric: {n, median, low, high, n_failed_with, n_failed_without}}}.
     """
     return paired_differences(case_rows(study), WITH, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
 

@@ -21,14 +21,12 @@ SCHEMA = "simprep.validate/1"
 
 
 def study_content(study: Study) -> dict[str, Any]:
-    """The study's numbers.
+    """The study's numbers: `complete`, `wall_s`, `cases`, `paired`, `paired_before_physics`, `motions`, `assist`.
+
+    `motions` are measured before physics; `assist` is the largest over all cases.
 
     Args:
         study: finished, or cut short.
-
-    Returns:
-        `complete`, `wall_s`, `cases` (one flat mapping each), `paired`, `paired_before_physics`, `motions` (before physics),
-        `assist` (largest over all cases).
     """
     cases = case_rows(study)
     force_n, torque_nm = largest_assist(cases)
@@ -66,7 +64,7 @@ def plan_content(plan: StudyPlan, arguments: Sequence[str]) -> dict[str, Any]:
 
 
 def mark_unfinished(plan: StudyPlan, folder: Path, arguments: Sequence[str]) -> Path:
-    """Write a metrics.json that says the study is not complete, so that an old one cannot be taken for its result.
+    """Write a metrics.json that says the study is not complete, so that an old one is not taken for its result.
 
     Args:
         plan: the study about to be run.
@@ -79,7 +77,7 @@ def mark_unfinished(plan: StudyPlan, folder: Path, arguments: Sequence[str]) -> 
 def save_study(
     study: Study, folder: Path, arguments: Sequence[str], files: Sequence[Path], warnings: Sequence[str] = ()
 ) -> Path:
-    """Write metrics.json; last of all files, since it says whether the study is complete.
+    """Write metrics.json, last of all files, since it says whether the study is complete.
 
     Args:
         study: finished, or cut short.
