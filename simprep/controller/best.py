@@ -10,7 +10,7 @@ from simprep.library import library_motion
 from simprep.motion.motion import Motion
 
 ANY_TARGET = "punch_right"
-"""The displacement is the same for every target; one is needed to synthesise with."""
+"""Synthesis needs a target; the displacement is the same for all."""
 
 
 def measure(settings: ControllerSettings, target: Motion | None = None) -> DisplacementTable:
@@ -24,7 +24,7 @@ def measure(settings: ControllerSettings, target: Motion | None = None) -> Displ
 
 
 def best_policy(settings: ControllerSettings | None = None, table: DisplacementTable | None = None) -> Policy:
-    """A policy that earns the largest return in the quantised model; about a second.
+    """A policy that earns the largest return in the quantised model.
 
     Args:
         settings: the controller.

@@ -14,8 +14,7 @@ TURN = WalkStyle(
     frames=64, step_length=0.04, step_width=0.18, stance_share=0.68, com_height=0.965, com_bounce=0.004, arm_swing_deg=4.0,
     foot_roll=0.2, turn_deg=60.0,
 )  # fmt: skip
-"""Steps round on a circle of 8 cm radius, 56 deg/s. A walk along a curve needs 1.6 m: its circles pass by a goal that is
-nearer than that, and within reach of 2 m the best policy then does not go to most goals."""
+"""Steps round on a circle of 8 cm radius, 56 deg/s. A curved walk needs 1.6 m: it would circle round nearer goals."""
 OWN = ("step_round_left", "step_round_right")
 """Core nodes made here; all others are motions of the library."""
 

@@ -56,8 +56,7 @@ def read_graph(path: str | Path) -> MotionGraph:
         path: the file.
 
     Raises:
-        GraphFileError: missing, no JSON, another schema or model, or a transition that names a motion or a frame that the graph
-            does not have.
+        GraphFileError: missing, no JSON, another schema or model, or a transition without its motion or frame.
     """
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))

@@ -13,8 +13,8 @@ from simprep.library.cache import cache_folder
 def trained_policy(settings: ControllerSettings | None = None, learning: LearningSettings | None = None) -> Policy:
     """A policy learned for a controller, from the cache or trained now.
 
-    The displacements are measured every time (about 2 s); policies are kept under a hash of them, so changed motions never meet an
-    old policy, and targets whose preparation moves the root alike share one.
+    It is kept under a hash of the displacements, which are measured every time. So changed motions get a new policy,
+    and targets whose preparation moves the root alike share one.
 
     Args:
         settings: the controller; its `preparation` gives the blending curve of the root.

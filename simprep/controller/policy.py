@@ -48,8 +48,8 @@ class Policy:
         """The action in a state.
 
         Args:
-            observation: what the character sees; `alpha` is the level commanded last (1 once the influence was reached),
-                not the filtered one.
+            observation: what the character sees; `alpha` is the level commanded last (1 once the influence was
+                reached), not the filtered one.
         """
         choice = int(self.actions[encode(observation)])
         return Action(choice // ALPHA_LEVELS, choice % ALPHA_LEVELS * ALPHA_STEP)
@@ -61,7 +61,7 @@ class Policy:
 
 
 def reached_alpha(command: float, distance_before: float, distance: float) -> float:
-    """Level commanded from this instant on: 1 on reaching the source of influence (paper, section 6.2), else as before.
+    """Level commanded from now on: 1 on reaching the source of influence (paper, section 6.2), else as before.
 
     Args:
         command: level commanded until now.
@@ -77,9 +77,6 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
     Args:
         policy: what to write.
         path: the file; `.npz` is appended if missing.
-
-    Returns:
-        The path written.
     """
     header = {
         "schema": SCHEMA,

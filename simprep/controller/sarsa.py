@@ -22,13 +22,14 @@ Array = NDArray[np.float64]
 
 @dataclass
 class Learner:
-    """All that training changes: with it, training goes on bit by bit as if it had not stopped.
+    """The state of a training; one that goes on from it gives the same bits as one without an interruption.
 
     Attributes:
         values: (6, 4, 40, 20, 24) state-action values Q.
         updates: (6, 4, 40, 20, 24) how often each was updated; 0 marks an action that has never been tried.
         untried: (6, 4, 40, 20) number of allowed actions never tried.
-        now: (6,) alpha level, core node, goal cell, influence cell, chosen action (-1: a new episode), actions so far in the episode.
+        now: (6,) alpha level, core node, goal cell, influence cell, chosen action (-1: new episode), actions in the
+            episode.
         random: (1,) state of the random numbers.
         steps: training steps so far.
         episodes: episodes ended so far.
@@ -119,11 +120,7 @@ def learn(learner: Learner, model: QuantisedModel, settings: LearningSettings, s
 
 
 def compiled() -> Callable[..., int]:
-    """The training loop, compiled.
-
-    Raises:
-        MissingExtraError: numba is not installed.
-    """
+    """The training loop, compiled; MissingExtraError if numba is not installed."""
     try:
         from simprep.controller.sarsa_loop import loop
     except ImportError:

@@ -1,4 +1,4 @@
-"""Training a controller with SARSA: in rounds, with a learning curve, to be stopped and resumed at will (paper, 6.3 and 6.4)."""
+"""Training a controller with SARSA in rounds, with a learning curve; it can stop and resume (paper, 6.3 and 6.4)."""
 
 import hashlib
 import json
@@ -93,15 +93,12 @@ def run(
     progress: Callable[[int], object] = lambda steps: None,
     checkpoint: Callable[[Training], object] = lambda training: None,
 ) -> Policy:
-    """Train until all steps are done or the stop rule holds.
+    """Train until all steps are done or the stop rule holds; gives the greedy policy.
 
     Args:
         training: goes on where it is; changed.
         progress: receives the steps done, after every round.
         checkpoint: receives the training after every round, to save it.
-
-    Returns:
-        The greedy policy.
 
     Raises:
         MissingExtraError: numba is not installed.
@@ -210,7 +207,7 @@ def read_training(path: str | Path) -> Training:
 def resume(
     path: str | Path, table: DisplacementTable, settings: ControllerSettings, learning: LearningSettings
 ) -> Training:
-    """A saved training, to go on with: bit by bit what it would have become without the interruption.
+    """A saved training, which goes on bit by bit as without the interruption.
 
     Args:
         path: written by `save_training`.
@@ -232,10 +229,7 @@ def resume(
 
 
 def problem_key(table: DisplacementTable, settings: ControllerSettings) -> str:
-    """Hash of all that a policy depends on: displacements, successors, rewards. 16 hexadecimal digits.
-
-    Targets with the same root blending curve have the same displacements, and so share a policy.
-    """
+    """Hash of all that a policy depends on: displacements, successors, rewards. 16 hexadecimal digits."""
     content = {"fps": table.fps, "safety_m": settings.safety_m, "rewards": asdict(settings.rewards)}
     digest = hashlib.sha256(json.dumps([SCHEMA, content], sort_keys=True).encode())
     digest.update(np.round(table.path, 6).tobytes())

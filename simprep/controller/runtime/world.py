@@ -47,7 +47,7 @@ def library_world(
     Args:
         targets: names of the target motions that it needs.
         settings: of the synthesis.
-        policy: None for the best policy of the quantised model (value iteration, about two seconds).
+        policy: None for the best policy of the quantised model (value iteration).
         prepare: False for the plain motion graph.
 
     Raises:
