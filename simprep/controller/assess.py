@@ -51,11 +51,7 @@ class Assessment:
 
 
 def assess(policy: Policy) -> Assessment:
-    """Compare a policy with the best one of its quantised model.
-
-    Args:
-        policy: with the displacements and settings it was trained with.
-    """
+    """Compare a policy with the best one of its quantised model, made of its own displacements and settings."""
     exact = backup(build_model(policy.table, policy.settings))
     best, best_policy = value_iteration(exact)
     values = policy_values(exact, policy.actions)
@@ -77,13 +73,7 @@ def assess(policy: Policy) -> Assessment:
 
 
 def random_approaches(policy: Policy, count: int, rng: np.random.Generator) -> dict[str, Any]:
-    """`summary` of approaches from random starts on the continuous floor.
-
-    Args:
-        policy: the controller.
-        count: how many starts.
-        rng: random numbers.
-    """
+    """`summary` of approaches of a policy from so many random starts on the continuous floor."""
     starts = random_starts(count, rng)
     return summary(roll_out(policy.table, greedy(policy), starts, policy.settings.smoothing))
 

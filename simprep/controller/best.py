@@ -14,22 +14,12 @@ ANY_TARGET = "punch_right"
 
 
 def measure(settings: ControllerSettings, target: Motion | None = None) -> DisplacementTable:
-    """Displacements of a controller's core nodes.
-
-    Args:
-        settings: core nodes, action duration and preparation.
-        target: any; None for one of the library.
-    """
+    """Displacements of a controller's core nodes, with any target; None for one of the library."""
     return displacement_table(core_motions(settings), target or library_motion(ANY_TARGET), settings)
 
 
 def best_policy(settings: ControllerSettings | None = None, table: DisplacementTable | None = None) -> Policy:
-    """A policy that earns the largest return in the quantised model.
-
-    Args:
-        settings: the controller.
-        table: its displacements; None measures them.
-    """
+    """A policy that earns the largest return in the quantised model; displacements are measured if None are given."""
     settings = settings or ControllerSettings()
     table = table or measure(settings)
     _, actions = value_iteration(backup(build_model(table, settings)))

@@ -20,25 +20,12 @@ OWN = ("step_round_left", "step_round_right")
 
 
 def core_motions(settings: ControllerSettings) -> tuple[Motion, ...]:
-    """The core nodes of a controller.
-
-    Args:
-        settings: their names.
-
-    Raises:
-        UnknownNameError: no such motion.
-        MotionError: one is no loop.
-    """
+    """The core nodes of a controller; UnknownNameError for an unknown name, MotionError if a motion is no loop."""
     return tuple(core_motion(name) for name in settings.cores)
 
 
 def core_motion(name: str) -> Motion:
-    """A core node by name: `step_round_left`, `step_round_right`, or a loop of the library.
-
-    Raises:
-        UnknownNameError: no such motion.
-        MotionError: it is no loop.
-    """
+    """A core node by name: `step_round_left`, `step_round_right`, or a library loop; errors as of `core_motions`."""
     if name in OWN and name not in library_names():
         return _turning(name)
     if name not in library_names():

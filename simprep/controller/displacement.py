@@ -84,10 +84,9 @@ def level_schedule() -> list[int]:
 
 
 def integrate(steps: Array) -> Array:
-    """Path (T + 1, 3) of steps given in the moving frame; it starts at 0, in the frame at the beginning.
+    """Path (T + 1, 3) of steps (T, 3) forward, left [m] and turn [rad] per frame, given in the moving frame, from 0.
 
-    Args:
-        steps: (T, 3) forward, left [m], turn [rad] per frame; a step is taken in the heading half way through its turn.
+    A step is taken in the heading half way through its turn.
     """
     heading = np.concatenate([[0.0], np.cumsum(steps[:, 2])])
     middle = (heading[1:] + heading[:-1]) / 2

@@ -60,8 +60,8 @@ class Node:
         frames: its length at the graph's frame rate.
         target_frame: first frame of the target movement (T_t).
         reference_frame: frame of its reference posture (T_p).
-        exit_frame: first frame from which it may be left: after its last event, and after the middle between
-            `target_frame` and its end.
+        exit_frame: first frame from which it may be left: after its last event and the middle of `target_frame` and
+            end.
     """
 
     name: str
@@ -97,13 +97,7 @@ class Transition:
 
 @dataclass(frozen=True)
 class MotionGraph:
-    """Nodes and transitions.
-
-    Attributes:
-        nodes: core nodes first.
-        transitions: sorted by source, target, kind, then distance.
-        settings: how the transitions were found.
-    """
+    """Nodes, core nodes first; transitions, sorted by source, target, kind, then distance; how these were found."""
 
     nodes: tuple[Node, ...]
     transitions: tuple[Transition, ...]
@@ -191,10 +185,8 @@ def build_graph(
 def pose_features(motion: Motion) -> Array:
     """Coordinates (T, 6 S) whose Euclidean distance is that of `GraphSettings.threshold` [m].
 
-    Positions and 0.1 s times velocities of the S segments, aligned in plan and heading, over sqrt(S).
-
-    Args:
-        motion: a loop's last frame precedes its first.
+    Positions and 0.1 s times velocities of the S segments, aligned in plan and heading, over sqrt(S). A loop's last
+    frame precedes its first.
     """
     n = len(motion)
     if motion.loop:

@@ -70,14 +70,11 @@ class QuantisedModel:
 
 
 def build_model(table: DisplacementTable, settings: ControllerSettings) -> QuantisedModel:
-    """The quantised model of a displacement table.
+    """The quantised model of a displacement table; SettingError if a state has no allowed action.
 
     Args:
         table: measured displacements.
         settings: successors of each core node, rewards and safety distance.
-
-    Raises:
-        SettingError: a state without an allowed action.
     """
     rewards = settings.rewards
     goals = cell_samples(GOAL_ANGLES, *GOAL_SAMPLES)

@@ -46,12 +46,7 @@ class Learner:
 
 @dataclass(frozen=True)
 class AllowedActions:
-    """Allowed actions as lists.
-
-    Attributes:
-        actions: (6, 4, 20, 24) by alpha level, core node and influence cell; the first `count` hold.
-        count: (6, 4, 20).
-    """
+    """Lists of allowed actions (6, 4, 20, 24) by alpha level, core node and influence cell, and their lengths."""
 
     actions: NDArray[np.uint8]
     count: NDArray[np.int64]
@@ -80,16 +75,13 @@ def new_learner(model: QuantisedModel, settings: LearningSettings) -> Learner:
 
 
 def learn(learner: Learner, model: QuantisedModel, settings: LearningSettings, steps: int) -> None:
-    """Run training steps; changes the learner.
+    """Run training steps, which change the learner; MissingExtraError if numba is not installed.
 
     Args:
         learner: goes on where it was.
         model: the world.
         settings: rate, exploration and length of episodes.
         steps: how many.
-
-    Raises:
-        MissingExtraError: numba is not installed.
     """
     allowed = allowed_actions(model)
     episodes = compiled()(

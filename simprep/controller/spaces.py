@@ -57,12 +57,7 @@ class Observation:
 
 @dataclass(frozen=True)
 class Action:
-    """What the controller does next: a = {m, alpha} (paper, Eq. 12).
-
-    Attributes:
-        node: index of the core node to perform.
-        alpha: level of preparation commanded, one of 0, 0.2 ... 1.
-    """
+    """What the controller does next: a = {m, alpha} (paper, Eq. 12), index of a core node and level 0, 0.2 ... 1."""
 
     node: int
     alpha: float

@@ -77,13 +77,7 @@ class Training:
 
 
 def start(table: DisplacementTable, settings: ControllerSettings, learning: LearningSettings) -> Training:
-    """A training that has not taken a step.
-
-    Args:
-        table: measured displacements (`best.measure`).
-        settings: the controller.
-        learning: how it learns.
-    """
+    """A training without a step, of displacements from `best.measure`."""
     learner = new_learner(build_model(table, settings), learning)
     return Training(settings, learning, table, learner, [], learner.values.max(axis=-1))
 
@@ -93,15 +87,12 @@ def run(
     progress: Callable[[int], object] = lambda steps: None,
     checkpoint: Callable[[Training], object] = lambda training: None,
 ) -> Policy:
-    """Train until all steps are done or the stop rule holds; gives the greedy policy.
+    """Train until all steps are done or the stop rule holds; gives the greedy policy. MissingExtraError without numba.
 
     Args:
         training: goes on where it is; changed.
         progress: receives the steps done, after every round.
         checkpoint: receives the training after every round, to save it.
-
-    Raises:
-        MissingExtraError: numba is not installed.
     """
     from time import perf_counter
 
@@ -152,12 +143,7 @@ def _look(training: Training, model: QuantisedModel, exact: Backup, guess: Array
 
 
 def save_training(training: Training, path: str | Path) -> Path:
-    """Write a training to .npz, atomically, so that it can go on later.
-
-    Args:
-        training: what to write.
-        path: the file.
-    """
+    """Write a training to .npz, atomically, so that it can go on later."""
     learner = training.learner
     header = {
         "schema": SCHEMA,

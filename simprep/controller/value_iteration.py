@@ -121,12 +121,7 @@ def _joint(model: QuantisedModel, move: NDArray[np.int64], pairs: NDArray[np.int
 
 
 def by_action(exact: Backup, by_move: Array) -> Array:
-    """Values (6, 4, 40, 20, 24) per state and action, of values per move; -inf where the action may not be chosen.
-
-    Args:
-        exact: the backup.
-        by_move: (M, 40, 20).
-    """
+    """Values (6, 4, 40, 20, 24) per state and action, of values (M, 40, 20) per move; -inf if not allowed."""
     node, before, after = exact.moves.T
     table = np.full((ALPHA_LEVELS, ACTIONS, GOAL_CELLS, INFLUENCE_CELLS), -np.inf)
     table[before, node * ALPHA_LEVELS + after] = by_move

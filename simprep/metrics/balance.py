@@ -149,13 +149,10 @@ def posture_summary(series: Balance, frames: NDArray[np.bool_] | None = None) ->
 def plausibility_summary(series: Balance) -> dict[str, float]:
     """Whether floor contact could produce the motion, by name; NaN where a number does not exist.
 
-    - `zmp_to_edge_mm`: mean signed distance of the ZMP to the polygon's edge, positive inside; `zmp_inside_share`:
+    - `zmp_to_edge_mm`, `zmp_inside_share`: mean signed distance of the ZMP to the polygon's edge, positive inside, and
       share of frames inside. Both leave out frames in flight or without support, so read the residual too.
     - `residual_force_n`, `residual_torque_nm`: mean force and torque that no floor contact could supply
       (`residual_wrench`), flight included; `residual_force_p95_n`, `residual_torque_p95_nm`: 95th percentiles.
-
-    Args:
-        series: from `balance`.
     """
     zmp = series.zmp_to_edge[np.isfinite(series.zmp_to_edge)]
     has = len(series.residual_force) > 0

@@ -118,9 +118,6 @@ def stance_drift(motion: Motion) -> NDArray[np.float64]:
 
     In `foot_slip` measurement noise adds up to slip; here it averages out. The point of the sole that moves least
     counts, so neither rolling nor pivoting is drift. Hides sliding there and back. Stances under 3 frames are left out.
-
-    Args:
-        motion: a motion with its contacts.
     """
     points = forward_kinematics(motion.qpos, motion.character).foot_points[..., :2]
     out = []

@@ -44,10 +44,10 @@ class Metrics(dict[str, Value]):
 
 
 def metrics_table(columns: Mapping[str, Mapping[str, Value]]) -> str:
-    """Metrics of several runs or motions side by side as text, one metric a line.
+    """Metrics side by side as text, one metric a line; `-` where a column lacks it.
 
     Args:
-        columns: heading of a column to its metrics; one that a column lacks is shown as `-`.
+        columns: heading of a column to its metrics.
     """
     names = list(dict.fromkeys(name for column in columns.values() for name in column))
     rows = [["metric", *columns], *([name, *(_text(one.get(name)) for one in columns.values())] for name in names)]

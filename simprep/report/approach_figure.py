@@ -20,15 +20,14 @@ def plot_approach(
 ) -> Path:
     """Draw the path coloured by level of preparation, goals, sources of influence, footprints; below, both over time.
 
+    MissingExtraError without matplotlib.
+
     Args:
         result: the approach.
         tasks: what it was asked to do.
         path: the PNG file.
         title: heading.
         others: people around it; only the paths of their roots are drawn.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(9.0, 7.6)
     figure.suptitle(title, fontsize=11)

@@ -1,4 +1,4 @@
-"""Plots of the validation study, each one PNG, written atomically. They need matplotlib (extra `report`)."""
+"""Plots of the validation study as PNG, written atomically; MissingExtraError without matplotlib (extra `report`)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -29,9 +29,6 @@ def plot_com_and_support(motions: Mapping[str, Motion], frames: Sequence[int], p
         frames: one column of panels each; all within every motion.
         path: the PNG file.
         title: heading of the figure.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(2.3 * len(frames) + 0.6, 2.5 * len(motions) + 0.5)
     figure.suptitle(title, fontsize=11)
@@ -55,9 +52,6 @@ def support_margin(motion: Motion) -> Series:
     """Times [s] and signed distances [m] (T,) of the COM projection to the support polygon's edge, positive inside.
 
     Contacts pass a median filter of 50 ms, since a simulated foot chatters while it takes up load. NaN in flight.
-
-    Args:
-        motion: kinematic or simulated; its contacts say which feet support.
     """
     kinematics = forward_kinematics(motion.qpos, motion.character)
     width = 2 * round(motion.fps * DEBOUNCE_S / 2) + 1
@@ -76,9 +70,6 @@ def plot_margins(
         path: the PNG file.
         title: heading of the figure.
         launch_s: instant marked by a vertical line [s].
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(8.5, 2.1 * len(panels) + 0.9)
     figure.suptitle(title, fontsize=11)
@@ -115,9 +106,6 @@ def plot_blending_curves(
         curves: name to function of (alpha, C).
         constants: name of a body part to its constant C; one panel each.
         path: the PNG file.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(3.3 * len(constants), 3.2)
     alpha = np.linspace(0, 1, 201)
@@ -167,15 +155,7 @@ def _robust_limits(values: list[NDArray[np.float64]]) -> tuple[float, float]:
 
 
 def new_figure(width: float, height: float) -> Any:
-    """An empty matplotlib figure with an image canvas.
-
-    Args:
-        width: [inch].
-        height: [inch].
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
-    """
+    """An empty matplotlib figure with an image canvas, width and height in inches."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure

@@ -33,7 +33,7 @@ class Row:
         label: printed above the row.
         motion: what is drawn; a simulated run's is `run.simulated_motion()`.
         end_note: printed where the motion is over before the strip is, such as `fell at 2.31 s`.
-        others: people drawn tinted beside the motion, from the same instant on, each in a colour of its own.
+        others: people drawn tinted beside the motion, at the same instants.
     """
 
     label: str
@@ -128,24 +128,12 @@ def film_strip(
 
 
 def save_film_strip(rows: Sequence[Row], path: str | Path, settings: StripSettings | None = None) -> Path:
-    """Draw a strip (`film_strip`) and write it as PNG with a palette of 256 colours, atomically.
-
-    Args:
-        rows: at least one.
-        path: the PNG file.
-        settings: layout and camera.
-    """
+    """Draw a strip (`film_strip`) and write it as PNG with a palette of 256 colours, atomically."""
     return save_picture(film_strip(rows, settings), path)
 
 
 def save_picture(picture: NDArray[np.uint8], path: str | Path, colours: int = 256) -> Path:
-    """Write a picture as PNG with a palette, atomically.
-
-    Args:
-        picture: (height, width, 3) RGB.
-        path: the PNG file.
-        colours: of the palette.
-    """
+    """Write an RGB picture (height, width, 3) as PNG with a palette of so many colours, atomically."""
     image = pillow()[0].fromarray(picture).quantize(colours)
     with atomic_path(path) as temporary:
         image.save(temporary, format="PNG", optimize=True)
@@ -153,13 +141,12 @@ def save_picture(picture: NDArray[np.uint8], path: str | Path, colours: int = 25
 
 
 class Stage:
-    """Draws motions off screen as the camera of a strip sees them; a context manager, which holds a GL context.
+    """Draws motions off screen as the camera of a strip sees them; a context manager that holds a GL context.
+
+    Entering it raises NoGlError where nothing can draw off screen.
 
     Args:
         settings: size of the pictures, camera and scene.
-
-    Raises:
-        NoGlError: on entry, nothing can draw off screen here.
     """
 
     def __init__(self, settings: StripSettings) -> None:

@@ -37,12 +37,7 @@ class Backend:
     name: str
 
     def context(self, width: int, height: int) -> Any:
-        """A GL context of this library, current in this thread.
-
-        Args:
-            width: largest picture width [px].
-            height: largest picture height [px].
-        """
+        """A GL context of this library, current in this thread, for pictures up to this size [px]."""
         os.environ["MUJOCO_GL"] = self.name  # MuJoCo's C library reads it to find the GL functions
         if self.name in ("egl", "osmesa"):
             os.environ["PYOPENGL_PLATFORM"] = self.name

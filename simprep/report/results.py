@@ -41,12 +41,7 @@ def jsonable(value: Any) -> Any:
 
 
 def save_json(path: str | Path, content: Mapping[str, Any]) -> Path:
-    """Write a JSON file atomically.
-
-    Args:
-        path: the file.
-        content: see `jsonable`.
-    """
+    """Write a JSON file (`jsonable`) atomically."""
     text = json.dumps(jsonable(content), indent=1, allow_nan=False)
     with atomic_path(path) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")

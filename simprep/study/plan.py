@@ -28,7 +28,7 @@ class Condition:
     Attributes:
         target: name of the target motion.
         alpha: level of preparation reached before the launch, 0 to 1.
-        arm: how the transition is made, one of `ARMS`.
+        arm: one of `ARMS`.
     """
 
     target: str
@@ -43,13 +43,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Case:
-    """One simulation of the study.
-
-    Attributes:
-        condition: what the motion is.
-        controller: `pd` or `mpc`.
-        seed: of the controller's random generator.
-    """
+    """One simulation of the study: a condition, a controller (`pd` or `mpc`) and the seed of its random generator."""
 
     condition: Condition
     controller: str

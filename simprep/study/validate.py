@@ -17,13 +17,7 @@ from simprep.study.plan import Case, Condition, StudyPlan
 
 @dataclass(frozen=True)
 class CaseResult:
-    """What one simulation gave.
-
-    Attributes:
-        case: which simulation.
-        metrics: see `simprep.metrics.evaluate.evaluate_run`.
-        simulated: the simulated poses; kept for the first seed only, else None.
-    """
+    """One simulation: its case, its metrics (`evaluate_run`), and the simulated motion, None but for the first seed."""
 
     case: Case
     metrics: Mapping[str, Any]

@@ -143,12 +143,7 @@ def _alpha_at_influence(pursuits: Sequence[Pursuit], level: Array, launches: Seq
 
 
 def near_obstacles(first: Sequence[float], second: Sequence[float]) -> float:
-    """Least level of preparation between two obstacles: the style is kept where they are nearer than 1.5 m.
-
-    Args:
-        first: (x, y) of the obstacle passed [m].
-        second: (x, y) of the next one [m].
-    """
+    """Least level of preparation between two obstacles at (x, y) [m]: `KEPT` where they are nearer than `NEAR_M`."""
     return KEPT if float(np.hypot(second[0] - first[0], second[1] - first[1])) < NEAR_M else 0.0
 
 

@@ -93,16 +93,13 @@ class CoreNodes:
 
 
 class LocomotionStream:
-    """Frames of locomotion, appended as they are needed.
+    """Frames of locomotion, appended as they are needed; UnknownNameError for a core node that is not there.
 
     Args:
         cores: the core nodes.
         node: core node to begin with.
         frame: its frame to begin with.
         place: (x, y [m], heading [rad]) of the root in the first frame; the heading is that of the trend.
-
-    Raises:
-        UnknownNameError: no such core node.
     """
 
     def __init__(
@@ -132,12 +129,7 @@ class LocomotionStream:
         return self._phase[frame]
 
     def window(self, first: int, after: int) -> Locomotion:
-        """Frames first to after - 1 of the stream; missing ones are made.
-
-        Args:
-            first: of the stream.
-            after: of the stream.
-        """
+        """Frames first to after - 1 of the stream; missing ones are made."""
         while len(self) < after:
             self._play()
         part = slice(first, after)
@@ -150,12 +142,9 @@ class LocomotionStream:
         kept.
 
         Args:
-            node: core node to go over to.
+            node: core node to go over to, UnknownNameError if there is none.
             first: frame of the stream from which on it may be left; what was made beyond is thrown away.
             within: frames of the stream in which the change must begin.
-
-        Raises:
-            UnknownNameError: no such core node.
         """
         self._cores.cycle(node)
         self.window(0, first + within + 2)

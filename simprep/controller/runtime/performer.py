@@ -111,11 +111,9 @@ class Performer:
         )
 
     def turn_to(self, node: str, frames: int) -> None:
-        """Go over to a core node at the first frame of the next action from which the graph allows it.
+        """Go over to a core node at the first frame of the next action (of `frames`) from which the graph allows it.
 
-        Args:
-            node: its name; the present one, or one that cannot be reached in time, changes nothing.
-            frames: length of the action.
+        The present node, or one that cannot be reached in time, changes nothing.
         """
         if node != self.node and self.stream.change(node, len(self), frames) is not None:
             self.node = node

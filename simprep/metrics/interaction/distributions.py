@@ -26,12 +26,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Counts:
-    """How often each of a set of things was seen.
-
-    Attributes:
-        keys: (K,) the things as integers, rising.
-        numbers: (K,) how often, or for how long; above 0.
-    """
+    """How often each thing was seen: things as rising integers (K,), and how often or for how long (K,), above 0."""
 
     keys: IntArray
     numbers: FloatArray
@@ -66,15 +61,12 @@ class Distributions:
 
 
 def distributions(stream: DuelStream, table: IntArray, codes: IntArray) -> Distributions:
-    """Count a stream or a synthesised fight.
+    """Count a stream or a synthesised fight; MotionError for actions that overlap, or none of a player.
 
     Args:
         stream: two people.
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
-
-    Raises:
-        MotionError: actions that overlap, or none of a player.
     """
     table = np.asarray(table, dtype=np.int64)
     graph = couple(link_actions(table[:, 0], table[:, 1], table[:, 2], codes, table[:, 3]))
@@ -100,11 +92,7 @@ def distributions(stream: DuelStream, table: IntArray, codes: IntArray) -> Distr
 
 
 def pooled(parts: Sequence[Distributions]) -> Distributions:
-    """Counts of several fights together.
-
-    Args:
-        parts: at least one, else SettingError.
-    """
+    """Counts of several fights together; SettingError without any."""
     if not parts:
         raise SettingError("no fights to count together; valid: at least one")
 

@@ -53,13 +53,7 @@ class Overlaps:
 
 @dataclass(frozen=True)
 class Hits:
-    """Contacts between fighters by what was meant.
-
-    Attributes:
-        intended: attacks that land on trunk, head or legs.
-        unintended: contacts that no attack meant.
-        blocked: attacks that land on nothing but arms.
-    """
+    """Attacks that land on trunk, head or legs, contacts that no attack meant, attacks that land on arms alone."""
 
     intended: int
     unintended: int

@@ -70,15 +70,12 @@ class RunMetrics:
 
 
 def run_metrics(run: Run, fight: Fight, recorded: Distributions | None = None) -> RunMetrics:
-    """Metrics of a simulated fight.
+    """Metrics of a simulated fight; SettingError for a run longer than the fight.
 
     Args:
         run: of both fighters (`simprep.physics.simulate.simulate`).
         fight: what was simulated; the run's time 0 is its first frame.
         recorded: what to compare labels, distances and facings with.
-
-    Raises:
-        SettingError: a run longer than the fight.
     """
     contacts = judge(run.contacts, fight)
     computed: dict[str, Any] = {
@@ -107,11 +104,8 @@ def simulated_stream(run: Run, fight: Fight) -> tuple[DuelStream, DuelStream]:
     """Simulated motions with measured contacts, and the tracked ones, at a fight's frames as far as the run goes.
 
     Args:
-        run: of the fight.
+        run: of the fight; SettingError if it is longer.
         fight: gives the frame rate, names and the contacts of the tracked feet.
-
-    Raises:
-        SettingError: a run longer than the fight.
     """
     fps, dt = fight.stream.fps, run.timestep
     count = math.floor(run.end_s * fps + 1e-6) + 1

@@ -1,4 +1,4 @@
-"""Plots of two-person streams. Needs matplotlib (extra `report`)."""
+"""Plots of two-person streams; MissingExtraError without matplotlib (extra `report`)."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -32,7 +32,6 @@ def plot_cuts(
 
     Raises:
         SettingError: no frames to show.
-        MissingExtraError: matplotlib is not installed.
     """
     from simprep.motion.kinematics import forward_kinematics
 
@@ -75,9 +74,6 @@ def plot_components(curve: Sequence[Mapping[str, float]], path: str | Path) -> P
     Args:
         curve: from `simprep.duel.model.evaluation.components_curve`.
         path: the PNG file.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(9.0, 3.6)
     numbers = [one["components"] for one in curve]

@@ -61,15 +61,7 @@ def save_pair_strip(
     captions: Sequence[str] = (),
     settings: StripSettings | None = None,
 ) -> Path:
-    """Draw a strip (`pair_strip`) and write it as PNG with a palette of 256 colours, atomically.
-
-    Args:
-        stream: two people.
-        frames: which to draw.
-        path: the PNG file.
-        captions: one for each frame, or none.
-        settings: size, pictures per row, camera.
-    """
+    """Draw a strip (`pair_strip`) and write it as PNG with a palette of 256 colours, atomically."""
     return save_picture(pair_strip(stream, frames, captions, settings), path)
 
 

@@ -20,7 +20,7 @@ FloatArray = NDArray[np.float64]
 
 
 def plot_structures(graph: CoupledGraph, path: str | Path, nodes: int = 24, edges: int = 60, crosses: int = 24) -> Path:
-    """Draw G1, G2 and the cross edges of a coupled graph.
+    """Draw G1, G2 and the cross edges of a coupled graph; MissingExtraError without matplotlib.
 
     Every graph is complete; drawn are the labels with most actions, by kind, and the edges that the stream walks most
     often.
@@ -31,9 +31,6 @@ def plot_structures(graph: CoupledGraph, path: str | Path, nodes: int = 24, edge
         nodes: most labels of each player.
         edges: most edges of each of G1 and G2.
         crosses: most cross edges towards each player.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(13.0, 2.2 + 0.33 * min(nodes, max(len(one) for one in graph.graphs)))
     axes = figure.add_subplot()

@@ -46,12 +46,7 @@ def save_fight(results: FightResults, folder: str | Path) -> list[Path]:
 
 
 def save_actions(fight: Fight, path: str | Path) -> Path:
-    """Write the actions of a fight as CSV, a line each.
-
-    Args:
-        fight: whose.
-        path: the file.
-    """
+    """Write the actions of a fight as CSV, a line each."""
     fps = fight.stream.fps
     rows = []
     for one in fight.actions:

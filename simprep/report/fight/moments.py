@@ -45,12 +45,7 @@ def strip_frames(fight: Fight, count: int) -> tuple[int, ...]:
 
 
 def strip_captions(fight: Fight, frames: Sequence[int]) -> tuple[str, ...]:
-    """What both fighters do in some frames: `A: RK up, B: neutral`.
-
-    Args:
-        fight: what is shown.
-        frames: of the pictures.
-    """
+    """What both fighters do in some frames: `A: RK up, B: neutral`."""
     out = []
     for frame in frames:
         # a limb is out farthest in the frame in which the next action begins: that of its attack is meant
