@@ -14,7 +14,7 @@ ANY_TARGET = "punch_right"
 
 
 def measure(settings: ControllerSettings, target: Motion | None = None) -> DisplacementTable:
-    """Displacements of a controller's core nodes, with any target; None for one of the library."""
+    """Displacements of a controller's core nodes, measured with a target; None: one of the library."""
     return displacement_table(core_motions(settings), target or library_motion(ANY_TARGET), settings)
 
 

@@ -97,7 +97,7 @@ class Transition:
 
 @dataclass(frozen=True)
 class MotionGraph:
-    """Nodes, core nodes first; transitions, sorted by source, target, kind, then distance; how these were found."""
+    """Nodes, core nodes first; transitions, sorted by source, target, kind, then distance; and settings."""
 
     nodes: tuple[Node, ...]
     transitions: tuple[Transition, ...]

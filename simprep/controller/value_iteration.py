@@ -188,8 +188,8 @@ def reachable(exact: Backup, policy: NDArray[np.uint8] | None = None) -> NDArray
 
     Args:
         exact: the backup.
-        policy: (6, 4, 40, 20) action; None for any sequence of allowed actions. If these are all
-            states, a policy surely reaches the goal.
+        policy: (6, 4, 40, 20) action; None for any sequence of allowed actions. If these are all states, a policy
+            surely reaches the goal.
     """
     known = np.zeros(STATE_SHAPE, dtype=bool)
     known[:, :, :AT_GOAL] = True

@@ -17,7 +17,7 @@ from simprep.study.plan import Case, Condition, StudyPlan
 
 @dataclass(frozen=True)
 class CaseResult:
-    """One simulation: its case, its metrics (`evaluate_run`), and the simulated motion, None but for the first seed."""
+    """One simulation: its case, its metrics (`evaluate_run`) and the simulated motion, for the first seed only."""
 
     case: Case
     metrics: Mapping[str, Any]

@@ -257,7 +257,7 @@ class Pursuit:
         return contact_weights(times), int(times.argmin())
 
     def _contact(self, number: int, position: Array, now: float) -> Array:
-        """Where contact with a source is expected (2,): a policy trained with still sources so prepares in time."""
+        """Where contact with a source is expected (2,), as policies know still sources only."""
         source = self.task.influences[number]
         offset = source.at(now) - position
         towards = offset / max(float(np.linalg.norm(offset)), 1e-9)
