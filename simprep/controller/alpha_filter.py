@@ -7,14 +7,11 @@ Array = NDArray[np.float64]
 
 
 def filter_kernel(smoothing: float, fps: float) -> Array:
-    """Weights of the commands of the last frames: a Gaussian cut off at 3 standard deviations, delayed by as much.
+    """Weights (K,) of the last commands, newest first: a Gaussian cut off at 3 standard deviations, delayed by as much.
 
     Args:
         smoothing: standard deviation [s].
         fps: frames per second [1/s].
-
-    Returns:
-        (K,) the newest command's weight first; they add up to 1.
     """
     reach = max(1, int(3 * smoothing * fps))
     weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / (smoothing * fps)) ** 2)
@@ -22,15 +19,12 @@ def filter_kernel(smoothing: float, fps: float) -> Array:
 
 
 def smooth_alpha(commands: ArrayLike, kernel: Array, before: float | None = None) -> Array:
-    """Filtered level of preparation: every frame from its own and earlier commands only.
+    """Filtered level of preparation (T,), every frame from its own and earlier commands only.
 
     Args:
         commands: (T,) level commanded in every frame, piecewise constant.
         kernel: from `filter_kernel`.
         before: level commanded before the first frame; None for the first command.
-
-    Returns:
-        (T,) within the range of the commands.
     """
     commands = np.asarray(commands, dtype=np.float64)
     past = np.full(len(kernel) - 1, commands[0] if before is None else before)

@@ -1,4 +1,4 @@
-"""How good a policy is: against the best one in the quantised model, and on the continuous floor."""
+"""How good a policy is: in the quantised model, against the best one, and on the continuous floor."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -23,7 +23,7 @@ SURELY = 1 - 1e-6
 
 @dataclass(frozen=True)
 class Assessment:
-    """A policy in its quantised model; everything by exact backups, nothing sampled.
+    """A policy in its quantised model, by exact backups.
 
     Attributes:
         states: how many there are.
@@ -33,7 +33,7 @@ class Assessment:
         optimal_share_moving: the same over the states that are not at the goal.
         least_share: smallest ratio of the returns of one state.
         reachable_share: share of the states from which some sequence of actions leads to the goal.
-        arrival_share: share of those from which the policy reaches the goal with probability 1 (to within a millionth, 2000 actions).
+        arrival_share: share of those from which the policy surely reaches the goal in 2000 actions (to a millionth).
         unreached: number of those from which it does not.
         best_arrival_share: `arrival_share` of value iteration's policy.
     """
@@ -51,11 +51,7 @@ class Assessment:
 
 
 def assess(policy: Policy) -> Assessment:
-    """Compare a policy with the best one of its quantised model.
-
-    Args:
-        policy: with the displacements and settings it was trained with.
-    """
+    """Compare a policy with the best one of its quantised model, made of its own displacements and settings."""
     exact = backup(build_model(policy.table, policy.settings))
     best, best_policy = value_iteration(exact)
     values = policy_values(exact, policy.actions)
@@ -77,22 +73,13 @@ def assess(policy: Policy) -> Assessment:
 
 
 def random_approaches(policy: Policy, count: int, rng: np.random.Generator) -> dict[str, Any]:
-    """Approaches from random starts on the continuous floor.
-
-    Args:
-        policy: the controller.
-        count: how many starts.
-        rng: random numbers.
-
-    Returns:
-        See `summary`.
-    """
+    """`summary` of approaches of a policy from so many random starts on the continuous floor."""
     starts = random_starts(count, rng)
     return summary(roll_out(policy.table, greedy(policy), starts, policy.settings.smoothing))
 
 
 def summary(outcome: Outcome) -> dict[str, Any]:
-    """Numbers of an outcome: shares, and the worst and median of the levels at the source of influence."""
+    """Shares of an outcome, and the worst and median of the levels at the source of influence."""
     met = outcome.met
 
     def least(values: Any) -> float | None:

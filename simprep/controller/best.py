@@ -10,26 +10,16 @@ from simprep.library import library_motion
 from simprep.motion.motion import Motion
 
 ANY_TARGET = "punch_right"
-"""The displacement is the same for every target; one is needed to synthesise with."""
+"""Synthesis needs a target; the displacement is the same for all."""
 
 
 def measure(settings: ControllerSettings, target: Motion | None = None) -> DisplacementTable:
-    """Displacements of a controller's core nodes.
-
-    Args:
-        settings: core nodes, action duration and preparation.
-        target: any; None for one of the library.
-    """
+    """Displacements of a controller's core nodes, measured with a target; None: one of the library."""
     return displacement_table(core_motions(settings), target or library_motion(ANY_TARGET), settings)
 
 
 def best_policy(settings: ControllerSettings | None = None, table: DisplacementTable | None = None) -> Policy:
-    """A policy that earns the largest return in the quantised model; about a second.
-
-    Args:
-        settings: the controller.
-        table: its displacements; None measures them.
-    """
+    """A policy that earns the largest return in the quantised model; displacements are measured if None are given."""
     settings = settings or ControllerSettings()
     table = table or measure(settings)
     _, actions = value_iteration(backup(build_model(table, settings)))

@@ -14,32 +14,18 @@ TURN = WalkStyle(
     frames=64, step_length=0.04, step_width=0.18, stance_share=0.68, com_height=0.965, com_bounce=0.004, arm_swing_deg=4.0,
     foot_roll=0.2, turn_deg=60.0,
 )  # fmt: skip
-"""Steps round on a circle of 8 cm radius, 56 deg/s. A walk along a curve needs 1.6 m: its circles pass by a goal that is
-nearer than that, and within reach of 2 m the best policy then does not go to most goals."""
+"""Steps round on a circle of 8 cm radius, 56 deg/s. A curved walk needs 1.6 m: it would circle round nearer goals."""
 OWN = ("step_round_left", "step_round_right")
 """Core nodes made here; all others are motions of the library."""
 
 
 def core_motions(settings: ControllerSettings) -> tuple[Motion, ...]:
-    """The core nodes of a controller.
-
-    Args:
-        settings: their names.
-
-    Raises:
-        UnknownNameError: no such motion.
-        MotionError: one is no loop.
-    """
+    """The core nodes of a controller; UnknownNameError for an unknown name, MotionError if a motion is no loop."""
     return tuple(core_motion(name) for name in settings.cores)
 
 
 def core_motion(name: str) -> Motion:
-    """A core node by name: `step_round_left`, `step_round_right`, or a loop of the library.
-
-    Raises:
-        UnknownNameError: no such motion.
-        MotionError: it is no loop.
-    """
+    """A core node by name: `step_round_left`, `step_round_right`, or a library loop; errors as of `core_motions`."""
     if name in OWN and name not in library_names():
         return _turning(name)
     if name not in library_names():

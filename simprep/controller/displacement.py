@@ -1,4 +1,4 @@
-"""How far the character really gets: displacement over one action, measured on the synthesised preparation movement."""
+"""Displacement of the character over one action, measured on the synthesised preparation."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,7 +21,7 @@ from simprep.preparation.trajectory import heading_trend
 Array = NDArray[np.float64]
 
 PHASES = 4
-"""Frames of the cycle, evenly spread, at which an action is begun for the measurement; the displacement is their mean."""
+"""Evenly spread frames of the cycle at which the measured actions begin; the displacement is their mean."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class DisplacementTable:
     """Path of the root over one action.
 
     Attributes:
-        path: (node, level before, level commanded, frames + 1, 3) forward, left [m] and turn [rad] since the action began, in
-            the heading at its beginning; NaN for changes of more than one level. The first frame is 0.
+        path: (node, level before, level commanded, frames + 1, 3) forward, left [m] and turn [rad] since the action
+            began, in the heading at its beginning; NaN for changes of more than one level. The first frame is 0.
         fps: frames per second [1/s].
     """
 
@@ -47,7 +47,7 @@ def displacement_table(cores: Sequence[Motion], target: Motion, settings: Contro
     """Measure every change of level in every core node.
 
     Each core node is synthesised with `prepare` once per phase, with a filtered alpha that goes through all 16 changes
-    of at most one level. The mean over the phases is taken of the steps in the frame of the heading's trend.
+    of at most one level. Steps are in the frame of the heading's trend; their mean over the phases is taken.
 
     Args:
         cores: the core nodes, loops of one frame rate and body.
@@ -84,13 +84,9 @@ def level_schedule() -> list[int]:
 
 
 def integrate(steps: Array) -> Array:
-    """Path of steps given in the moving frame.
+    """Path (T + 1, 3) of steps (T, 3) forward, left [m] and turn [rad] per frame, given in the moving frame, from 0.
 
-    Args:
-        steps: (T, 3) forward, left [m], turn [rad] per frame; a step is taken in the heading half way through its turn.
-
-    Returns:
-        (T + 1, 3) from 0, in the frame at the beginning.
+    A step is taken in the heading half way through its turn.
     """
     heading = np.concatenate([[0.0], np.cumsum(steps[:, 2])])
     middle = (heading[1:] + heading[:-1]) / 2

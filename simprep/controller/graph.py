@@ -1,9 +1,8 @@
-"""Hierarchical motion graph: cyclic locomotion as core nodes, target motions hung on them (2013 paper, section 4.1, Fig. 3).
+"""Hierarchical motion graph: core nodes and target motions (2013 paper, section 4.1, Fig. 3).
 
-An edge joins frames of two motions whose bodies are nearest, in position and velocity, after the two are aligned in plan and
-heading, among frames in which the same feet support; local minima of that distance are kept (Kovar et al. 2002, whose
-point clouds are here the origins of the segments). Core nodes are joined with each other, with the part of a target before
-its target movement, and with the part after its last event.
+An edge joins two frames in which the same feet support, at a local minimum of the distance between the bodies, aligned
+in plan and heading (Kovar et al. 2002; their point clouds are here the origins of the segments). Core nodes are joined
+with each other, with a target before its target movement, and with a target after its last event.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -32,8 +31,8 @@ class GraphSettings:
     """What counts as a transition.
 
     Attributes:
-        threshold: largest distance of a transition [m]: root mean square over the segments of their origins' position difference,
-            with the velocity difference times 0.1 s as a further coordinate. 0.2 m lets a walk end in quiet standing.
+        threshold: largest distance of a transition [m]: root mean square over the segments of the difference of their
+            origins, and of their velocities times 0.1 s. 0.2 m lets a walk end in quiet standing.
         apart: least time between two transitions of the same pair of motions, in either of them [s].
         fps: frame rate at which the motions are compared and frames are counted [1/s].
 
@@ -53,16 +52,16 @@ class GraphSettings:
 
 @dataclass(frozen=True)
 class Node:
-    """A motion of the graph.
+    """A motion of the graph; the last three are None for a core node.
 
     Attributes:
         name: of the motion.
         core: cyclic locomotion; otherwise a target.
         frames: its length at the graph's frame rate.
-        target_frame: first frame of the target movement (T_t); None for a core node.
-        reference_frame: frame of its reference posture (T_p); None for a core node.
-        exit_frame: first frame from which it may be left: after its last event, and after the middle between `target_frame` and
-            its end; None for a core node.
+        target_frame: first frame of the target movement (T_t).
+        reference_frame: frame of its reference posture (T_p).
+        exit_frame: first frame from which it may be left: after its last event and the middle of `target_frame` and
+            end.
     """
 
     name: str
@@ -83,9 +82,9 @@ class Transition:
         target: name of the motion entered.
         target_frame: its frame that is entered.
         distance: between the two frames, as in `GraphSettings.threshold` [m].
-        kind: `core` between core nodes; `entry` from a core node into a target before its target movement; `prepared` from a
-            core node into a target's reference posture, whatever the distance: the level of preparation is what makes
-            it small; `exit` from a target back to a core node.
+        kind: `core` between core nodes; `entry` from a core node into a target before its target movement; `prepared`
+            from a core node into a target's reference posture, at any distance, as preparation makes it small; `exit`
+            from a target to a core node.
     """
 
     source: str
@@ -98,13 +97,7 @@ class Transition:
 
 @dataclass(frozen=True)
 class MotionGraph:
-    """Nodes and transitions.
-
-    Attributes:
-        nodes: core nodes first.
-        transitions: sorted by source, target, kind, then distance.
-        settings: how the transitions were found.
-    """
+    """Nodes, core nodes first; transitions, sorted by source, target, kind, then distance; and settings."""
 
     nodes: tuple[Node, ...]
     transitions: tuple[Transition, ...]
@@ -121,11 +114,7 @@ class MotionGraph:
         return tuple(node.name for node in self.nodes if not node.core)
 
     def node(self, name: str) -> Node:
-        """The node of a motion.
-
-        Raises:
-            UnknownNameError: no such motion in the graph.
-        """
+        """The node of a motion; UnknownNameError if the graph has no such motion."""
         for node in self.nodes:
             if node.name == name:
                 return node
@@ -165,8 +154,8 @@ def build_graph(
         settings: threshold and frame rate.
 
     Raises:
-        MotionError: no core node, a core node that is no loop, a target without a marked target movement, two motions of one
-            name, or motions of different bodies.
+        MotionError: no core node, a core node that is no loop, a target without a marked target movement, two motions
+            of one name, or motions of different bodies.
     """
     settings = settings or GraphSettings()
     loops = [resample(motion, settings.fps) for motion in core]
@@ -194,13 +183,10 @@ def build_graph(
 
 
 def pose_features(motion: Motion) -> Array:
-    """Coordinates whose Euclidean distance is that of `GraphSettings.threshold`.
+    """Coordinates (T, 6 S) whose Euclidean distance is that of `GraphSettings.threshold` [m].
 
-    Args:
-        motion: a loop's first and last frames see each other as neighbours.
-
-    Returns:
-        (T, 6 S) [m]: positions and 0.1 s times velocities of the S segments, aligned in plan and heading, over sqrt(S).
+    Positions and 0.1 s times velocities of the S segments, aligned in plan and heading, over sqrt(S). A loop's last
+    frame precedes its first.
     """
     n = len(motion)
     if motion.loop:
@@ -212,15 +198,12 @@ def pose_features(motion: Motion) -> Array:
 
 
 def pair_distances(source: Motion, target: Motion, features: Mapping[str, Array] | None = None) -> Array:
-    """Distance of every frame of one motion to every frame of another.
+    """Distance (S, T) of every frame of one motion to every frame of another [m]; infinite where other feet support.
 
     Args:
         source: S frames.
         target: T frames.
         features: `pose_features` of both by name, where they are known.
-
-    Returns:
-        (S, T) [m]; infinite where other feet support.
     """
     features = features or {motion.name: pose_features(motion) for motion in (source, target)}
     distance = cdist(features[source.name], features[target.name])
@@ -237,7 +220,7 @@ def _transitions(
     before: tuple[int, int] | None = None,
     after: tuple[int, int] | None = None,
 ) -> list[Transition]:
-    """Local minima of the distance over frame pairs in which the same feet support; `before`, `after`: allowed frames."""
+    """Local minima of the distance among frames with the same feet supporting; `before`, `after`: allowed frames."""
     first, last = before or (0, len(source))
     begin, end = after or (0, len(target))
     distance = pair_distances(source, target, features)[first:last, begin:end]
@@ -248,7 +231,7 @@ def _transitions(
     pairs = np.argwhere((distance <= lowest) & (distance < np.inf) & (distance <= limit))
     kept: list[tuple[int, int]] = []
     for i, j in sorted(pairs.tolist(), key=lambda pair: (distance[pair[0], pair[1]], pair)):
-        # a motion that holds still has plateaus of equal minima: the first of each stays
+        # a motion that holds still has plateaus of equal minima: keep the first
         if all(max(_gap(i, a, source), _gap(j, b, target)) > size // 2 for a, b in kept):
             kept.append((i, j))
     return [Transition(source.name, i + first, target.name, j + begin, float(distance[i, j]), kind) for i, j in kept]

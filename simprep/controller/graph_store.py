@@ -38,12 +38,7 @@ def graph_content(graph: MotionGraph) -> dict[str, Any]:
 
 
 def save_graph(graph: MotionGraph, path: str | Path) -> Path:
-    """Write a graph as JSON, atomically; the same graph gives the same bytes.
-
-    Args:
-        graph: what to write.
-        path: the file.
-    """
+    """Write a graph as JSON, atomically; the same graph gives the same bytes."""
     with atomic_path(path) as temporary:
         temporary.write_text(json.dumps(graph_content(graph), indent=1, allow_nan=False) + "\n", encoding="utf-8")
     return Path(path)
@@ -52,12 +47,8 @@ def save_graph(graph: MotionGraph, path: str | Path) -> Path:
 def read_graph(path: str | Path) -> MotionGraph:
     """Read a graph written by `save_graph`.
 
-    Args:
-        path: the file.
-
     Raises:
-        GraphFileError: missing, no JSON, another schema or model, or a transition that names a motion or a frame that the graph
-            does not have.
+        GraphFileError: missing, no JSON, another schema or model, or a transition without its motion or frame.
     """
     try:
         content = json.loads(Path(path).read_text(encoding="utf-8"))
@@ -88,11 +79,7 @@ def read_graph(path: str | Path) -> MotionGraph:
 
 
 def check_motions(graph: MotionGraph, motions: Mapping[str, Motion]) -> None:
-    """Refuse motions other than those the graph was made from.
-
-    Args:
-        graph: the graph.
-        motions: its motions by name; more are allowed.
+    """Refuse motions by name other than those the graph was made from; more are allowed.
 
     Raises:
         MotionError: a motion is missing, or has another length or another target movement than the graph says.

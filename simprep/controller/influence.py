@@ -1,15 +1,14 @@
-"""What the character prepares for: several sources of influence at once, and targets that are uncertain.
+"""What the character prepares for: several sources of influence and uncertain targets (the 2013 paper has one of each).
 
-The 2013 paper handles one source with one target. Here each source counts by how soon the character will be in contact with
-it, each of its targets by its probability, and the posture prepared is the one with the least expected distance to the
-reference postures:
+Each source counts by its time to contact, each of its targets by its probability; W_k is their product, adding up to 1.
+The posture prepared is the one with the least expected distance to the reference postures, joint by joint:
 
-    q* = argmin_q  sum_k W_k sum_joints |q_joint - q_joint,k|^p,        W_k = contact weight x probability, adding up to 1
+    q* = argmin_q  sum_k W_k sum_joints |q_joint - q_joint,k|^p
 
-which falls apart into one problem per joint. p = 2 (default) gives the weighted mean: the torque of a move in a given time
-grows with its angle, so the square is what a wrong guess costs in effort. p = 1 gives the weighted median, which commits to
-the likelier target. If the probabilities of a source leave a rest, nothing happens with that rest: the locomotion itself is then
-one more posture, and for p = 2 the optimum scales every blending weight by the probability that something happens (`share`).
+p = 2 (default) gives the weighted mean: the square is the effort of correcting a wrong guess in a given time. p = 1
+gives the weighted median, which commits to the likelier target. With the probability that nothing happens the
+locomotion is one more posture; for p = 2 that scales every blending weight by the probability that something happens
+(`share`).
 """
 
 from collections.abc import Mapping, Sequence
@@ -28,7 +27,7 @@ from simprep.preparation.synthesis import Style
 Array = NDArray[np.float64]
 
 LEAST_SPEED = 0.2
-"""Closing speed below which a source counts as approached this slowly, so that one left behind still has a time [m/s]."""
+"""Least closing speed that counts, so that a source left behind still has a time to contact [m/s]."""
 LEAST_TIME_S = 0.05
 _TILT, _PAIR = 2, 2
 """Numbers at the ends of a style vector: first the tilt; last one for each foot, twice (heights, contacts)."""
@@ -76,15 +75,12 @@ class Influence:
 
 
 def time_to_contact(offset: Array, closing: Array, reach: float) -> Array:
-    """How soon the character is within reach of each source, if both go on as now.
+    """Time (N,) until the character is within reach of each source if both go on as now, at least `LEAST_TIME_S` [s].
 
     Args:
         offset: (N, 2) from the character to the sources [m].
         closing: (N, 2) velocity of the character relative to each source [m/s].
         reach: distance at which it is reached [m].
-
-    Returns:
-        (N,) [s], at least `LEAST_TIME_S`; a source not approached counts as approached at `LEAST_SPEED`.
     """
     distance = np.linalg.norm(offset, axis=1)
     speed = (offset * closing).sum(axis=1) / np.maximum(distance, 1e-9)
@@ -92,14 +88,11 @@ def time_to_contact(offset: Array, closing: Array, reach: float) -> Array:
 
 
 def contact_weights(times: ArrayLike, power: float = 2.0) -> Array:
-    """Weights of sources of influence: inversely proportional to a power of the time to contact, adding up to 1.
+    """Weights (N,) of sources of influence: inversely proportional to a power of the time to contact, adding up to 1.
 
     Args:
         times: (N,) [s].
         power: 0 counts all alike; the larger, the more the soonest counts.
-
-    Returns:
-        (N,).
     """
     soonest = np.asarray(times, dtype=np.float64)
     weights = (soonest.min() / soonest) ** power
@@ -107,16 +100,13 @@ def contact_weights(times: ArrayLike, power: float = 2.0) -> Array:
 
 
 def expected_posture(postures: Array, weights: ArrayLike, power: float = 2.0) -> Array:
-    """The values with the least expected distance to given ones, joint by joint.
+    """The joint values (D,) with the least expected distance to given ones.
 
     Args:
         postures: (K, D) joint values [rad].
         weights: (K,) at least one above 0; scaled to add up to 1.
         power: p of the distance |difference|^p, 1 or more: 2 gives the mean, 1 the median (the middle of the two
             nearest where the halves balance).
-
-    Returns:
-        (D,).
 
     Raises:
         SettingError: a power below 1.
@@ -139,11 +129,7 @@ def expected_posture(postures: Array, weights: ArrayLike, power: float = 2.0) ->
 
 
 def style_of(target: Motion, settings: PreparationSettings = DEFAULT_SETTINGS) -> Style:
-    """The style of a target motion: its reference posture.
-
-    Raises:
-        MotionError: its target movement is not marked.
-    """
+    """The style of a target motion, its reference posture; MotionError if its target movement is not marked."""
     reference = reference_posture(target, settings)
     return Style(reference.qpos, reference.sole_height, reference.contacts)
 
@@ -154,7 +140,7 @@ def mixed_style(styles: Sequence[Style], weights: ArrayLike, power: float = 2.0)
     Args:
         styles: single postures.
         weights: one each.
-        power: see `expected_posture`; applies to the hinges and the root's tilt. Heights of the soles are averaged, and a foot
+        power: see `expected_posture`; for the hinges and the root's tilt. Heights of the soles are averaged, and a foot
             supports where it does in more than half, by weight.
     """
     if len(styles) == 1:

@@ -1,9 +1,8 @@
 """The quantised world the controller is trained in: where an action leads from a cell, and what it earns.
 
-The place within a cell is unknown, so an action leads to several cells: points spread evenly over the cell are moved by the
-action's measured displacement, and each is one equally likely outcome. Where the cells of the goal and of the source of
-influence overlap, the two are taken for one point (the paper: they are usually identical); elsewhere they move independently.
-Without this, a character whose goal is the source of influence tries to walk round the latter.
+The place within a cell is unknown: points spread evenly over it are moved by the action's measured displacement, and
+each is one equally likely outcome. Where the cells of the goal and of the source of influence overlap, the two count as
+one point, as the paper says they usually are; otherwise a character would try to walk round a source that is its goal.
 """
 
 from dataclasses import dataclass
@@ -35,7 +34,7 @@ Array = NDArray[np.float64]
 REACHED = 255
 """Outcome of a goal cell: the goal is reached, the episode ends."""
 ENTERED = 128
-"""Added to an influence cell: the source of influence was reached by this action, alpha becomes 1."""
+"""Added to an influence cell: this action reached the source of influence, alpha becomes 1."""
 GOAL_SAMPLES = (16, 16)
 INFLUENCE_SAMPLES = (8, 32)
 OUT_OF_RANGE = int(influence_cell(np.inf, 0.0))
@@ -52,7 +51,7 @@ class QuantisedModel:
         goal_reward: the same shape, weighted f_theta + f_d of each outcome.
         influence_next: (node, before, after, influence cell, samples) next influence cell, plus `ENTERED`.
         shared_next: as `influence_next`, by goal cell: of a source of influence that is the goal.
-        shared: (goal cell, influence cell, 2) first and number of the goal cell's samples that lie in the influence cell.
+        shared: (goal cell, influence cell, 2) first and number of the goal's samples that lie in the influence cell.
         allowed: (node, before, after, influence cell) whether the action may be chosen.
         steadiness: (before, after) weighted f_alpha.
         successors: (node, node) whether the second may follow the first (Next(m) of Eq. 11).
@@ -71,14 +70,11 @@ class QuantisedModel:
 
 
 def build_model(table: DisplacementTable, settings: ControllerSettings) -> QuantisedModel:
-    """The quantised model of a displacement table.
+    """The quantised model of a displacement table; SettingError if a state has no allowed action.
 
     Args:
         table: measured displacements.
         settings: successors of each core node, rewards and safety distance.
-
-    Raises:
-        SettingError: a state without an allowed action.
     """
     rewards = settings.rewards
     goals = cell_samples(GOAL_ANGLES, *GOAL_SAMPLES)
@@ -120,7 +116,7 @@ def build_model(table: DisplacementTable, settings: ControllerSettings) -> Quant
 
 
 def measured(table: DisplacementTable) -> list[tuple[int, int, int]]:
-    """Node, level before and level commanded of the changes in a table: those by at most one level."""
+    """Node, level before and level commanded of the changes in a table."""
     return [(int(m), int(a), int(b)) for m, a, b in np.argwhere(np.isfinite(table.path[..., 0, 0]))]
 
 
@@ -131,15 +127,10 @@ def choices(model: QuantisedModel) -> NDArray[np.bool_]:
 
 
 def shared_samples(goals: Array) -> NDArray[np.int64]:
-    """Which samples of a goal cell lie in an influence cell.
-
-    None do in the cell that also means "out of range".
+    """First and number (40, 20, 2) of each goal cell's samples in each influence cell; none in the one out of range.
 
     Args:
         goals: (40, samples, 2) from `cell_samples`, in order of angle.
-
-    Returns:
-        (40, 20, 2) first sample and how many.
     """
     shared = np.zeros((len(goals), INFLUENCE_CELLS, 2), dtype=np.int64)
     for cell, inside in enumerate(influence_cell(*polar(goals))):
@@ -158,16 +149,14 @@ def seen_from(points: Array, path: Array) -> Array:
 
 
 def goal_outcomes(points: Array, path: Array, rewards: RewardSettings) -> tuple[NDArray[np.uint8], Array]:
-    """Next cell and weighted f_theta + f_d of goals at points.
+    """Next cell and weighted f_theta + f_d (cells, samples) of goals at points.
+
+    The cell is `REACHED` where the path comes within 0.4 m of the goal.
 
     Args:
         points: (cells, samples, 2) forward and left [m].
         path: (T, 3) of the action.
         rewards: constants.
-
-    Returns:
-        cell: (cells, samples), `REACHED` where the path comes within 0.4 m of the goal.
-        reward: (cells, samples).
     """
     before, _ = polar(points)
     along = seen_from(points, _checked(path))
@@ -192,15 +181,13 @@ def goal_terms(before: Array, after: Array, facing: Array, rewards: RewardSettin
 
 
 def influence_outcomes(points: Array, path: Array) -> tuple[NDArray[np.uint8], Array]:
-    """Next cell of sources of influence at points.
+    """Next cell of sources of influence at points, and least distance on the way [m], (cells, samples) both.
+
+    `ENTERED` is added where the path comes within 0.4 m of a source that was further away.
 
     Args:
         points: (cells, samples, 2) forward and left [m].
         path: (T, 3) of the action.
-
-    Returns:
-        cell: (cells, samples), plus `ENTERED` where the path comes within 0.4 m of a source that was further away.
-        nearest: (cells, samples) least distance on the way [m].
     """
     distance, angle = polar(seen_from(points, _checked(path)))
     before, _ = polar(points)
@@ -210,11 +197,10 @@ def influence_outcomes(points: Array, path: Array) -> tuple[NDArray[np.uint8], A
 
 
 def allowed_moves(before: int, after: int, points: Array, nearest: Array, safety: float) -> NDArray[np.bool_]:
-    """Influence cells in which an action may be chosen.
+    """Influence cells (cells,) in which an action may be chosen.
 
-    Reaching the source of influence forces alpha to 1. So that this is never a jump of more than one level, an action that might
-    reach it is left out unless it begins and ends at a level of 0.8 or more: the character prepares before it takes the last
-    step. The paper lets the cost of the jump discourage it; a discouraged jump still happens.
+    Reaching the source of influence forces alpha to 1. An action that might reach it must begin and end at a level of
+    0.8 or more, so that this is never a jump of more than one level. The paper only makes the jump costly.
 
     Args:
         before: level before the action.
@@ -222,9 +208,6 @@ def allowed_moves(before: int, after: int, points: Array, nearest: Array, safety
         points: (cells, samples, 2).
         nearest: (cells, samples) least distance on the way [m].
         safety: distance beyond reach that counts as reaching, for the places between the samples [m].
-
-    Returns:
-        (cells,).
     """
     distance = polar(points)[0]
     reaches = (nearest < REACH_M + safety) & (distance >= REACH_M) & (nearest < distance - _STILL_M)

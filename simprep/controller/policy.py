@@ -45,12 +45,7 @@ class Policy:
     origin: Mapping[str, Any]
 
     def act(self, observation: Observation) -> Action:
-        """The action in a state.
-
-        Args:
-            observation: what the character sees; `alpha` is the level commanded last (1 once the influence was reached),
-                not the filtered one.
-        """
+        """The action in a state; `alpha` is the unfiltered level commanded last, 1 once the influence was reached."""
         choice = int(self.actions[encode(observation)])
         return Action(choice // ALPHA_LEVELS, choice % ALPHA_LEVELS * ALPHA_STEP)
 
@@ -61,7 +56,7 @@ class Policy:
 
 
 def reached_alpha(command: float, distance_before: float, distance: float) -> float:
-    """Level commanded from this instant on: 1 on reaching the source of influence (paper, section 6.2), else as before.
+    """Level commanded from now on: 1 on reaching the source of influence (paper, section 6.2), else as before.
 
     Args:
         command: level commanded until now.
@@ -72,15 +67,7 @@ def reached_alpha(command: float, distance_before: float, distance: float) -> fl
 
 
 def save_policy(policy: Policy, path: str | Path) -> Path:
-    """Write a policy to .npz, atomically.
-
-    Args:
-        policy: what to write.
-        path: the file; `.npz` is appended if missing.
-
-    Returns:
-        The path written.
-    """
+    """Write a policy to .npz, atomically; `.npz` is appended to the path if missing."""
     header = {
         "schema": SCHEMA,
         "fps": policy.table.fps,
@@ -91,10 +78,7 @@ def save_policy(policy: Policy, path: str | Path) -> Path:
 
 
 def read_policy(path: str | Path) -> Policy:
-    """Read a policy written by `save_policy`.
-
-    Args:
-        path: the .npz file, or a folder with one.
+    """Read a policy written by `save_policy`, from the .npz file or a folder with one.
 
     Raises:
         MotionFileError: missing, not a policy, or of another schema version.
@@ -116,10 +100,7 @@ def settings_to_json(settings: ControllerSettings) -> dict[str, Any]:
 def settings_from_json(content: Mapping[str, Any]) -> ControllerSettings:
     """Inverse of `settings_to_json`.
 
-    Raises:
-        TypeError: an unknown setting.
-        KeyError: a missing one.
-        SettingError: a value outside its range.
+    Raises TypeError for an unknown setting, KeyError for a missing one, SettingError for a value outside its range.
     """
     nested = {
         "cores": tuple(content["cores"]),

@@ -1,4 +1,4 @@
-"""Many characters under a policy on the continuous floor, with the measured displacements: what the quantised model leaves out."""
+"""Many characters under a policy, moved on the continuous floor by the measured displacements."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -53,8 +53,8 @@ class Outcome:
         reached: (N,) the goal was reached.
         time_s: (N,) until the goal; NaN where it was not reached [s].
         met: (N,) the source of influence was reached.
-        alpha_at_influence: (N,) filtered level `SETTLES_S` after coming within reach, when the target motion can be launched,
-            the last command being held; NaN where it was not reached.
+        alpha_at_influence: (N,) filtered level `SETTLES_S` after coming within reach, when the target can be launched;
+            NaN where the source was not reached.
         alpha_on_crossing: (N,) filtered level at the instant of coming within reach; NaN likewise.
         largest_jump: (N,) largest change between successive commands, the forced one included.
         level_range: (N, 2) lowest and highest level commanded.
@@ -70,7 +70,7 @@ class Outcome:
 
 
 def random_starts(count: int, rng: np.random.Generator, together: float = 0.5) -> Starts:
-    """Random starts: goals 0.8 to 4 m away in every direction, sources of influence 0.5 to 4 m away, any level and core node.
+    """Goals 0.8 to 4 m away in every direction, sources of influence 0.5 to 4 m away, any level and core node.
 
     Args:
         count: how many.
@@ -109,14 +109,14 @@ def roll_out(
     """Let characters act until they reach the goal and, where it lies there too, the source of influence.
 
     Args:
-        table: displacements; changes of more than one level are not in it, and use that of the new level held.
+        table: displacements; changes of more than one level use that of the new level held.
         choose: the policy.
         starts: where they begin.
         smoothing: standard deviation of the filter on alpha [s].
         force: whether alpha is forced to 1 on reaching the source of influence, and held through the next action.
         actions: how many at most.
-        least: (N,) lowest level that is commanded whatever the policy says, 0 to 5: what the run time keeps between two near
-            obstacles (`simprep.controller.runtime.task.Task.keep`).
+        least: (N,) lowest level commanded whatever the policy says, 0 to 5
+            (`simprep.controller.runtime.task.Task.keep`).
     """
     count, frames = len(starts.goal), table.frames
     kernel = filter_kernel(smoothing, table.fps)

@@ -22,13 +22,14 @@ Array = NDArray[np.float64]
 
 @dataclass
 class Learner:
-    """All that training changes: with it, training goes on bit by bit as if it had not stopped.
+    """The state of a training; one that goes on from it gives the same bits as one without an interruption.
 
     Attributes:
         values: (6, 4, 40, 20, 24) state-action values Q.
         updates: (6, 4, 40, 20, 24) how often each was updated; 0 marks an action that has never been tried.
         untried: (6, 4, 40, 20) number of allowed actions never tried.
-        now: (6,) alpha level, core node, goal cell, influence cell, chosen action (-1: a new episode), actions so far in the episode.
+        now: (6,) alpha level, core node, goal cell, influence cell, chosen action (-1: new episode), actions in the
+            episode.
         random: (1,) state of the random numbers.
         steps: training steps so far.
         episodes: episodes ended so far.
@@ -45,12 +46,7 @@ class Learner:
 
 @dataclass(frozen=True)
 class AllowedActions:
-    """Allowed actions as lists.
-
-    Attributes:
-        actions: (6, 4, 20, 24) by alpha level, core node and influence cell; the first `count` hold.
-        count: (6, 4, 20).
-    """
+    """Lists of allowed actions (6, 4, 20, 24) by alpha level, core node and influence cell, and their lengths."""
 
     actions: NDArray[np.uint8]
     count: NDArray[np.int64]
@@ -79,16 +75,13 @@ def new_learner(model: QuantisedModel, settings: LearningSettings) -> Learner:
 
 
 def learn(learner: Learner, model: QuantisedModel, settings: LearningSettings, steps: int) -> None:
-    """Run training steps; changes the learner.
+    """Run training steps, which change the learner; MissingExtraError if numba is not installed.
 
     Args:
         learner: goes on where it was.
         model: the world.
         settings: rate, exploration and length of episodes.
         steps: how many.
-
-    Raises:
-        MissingExtraError: numba is not installed.
     """
     allowed = allowed_actions(model)
     episodes = compiled()(
@@ -119,11 +112,7 @@ def learn(learner: Learner, model: QuantisedModel, settings: LearningSettings, s
 
 
 def compiled() -> Callable[..., int]:
-    """The training loop, compiled.
-
-    Raises:
-        MissingExtraError: numba is not installed.
-    """
+    """The training loop, compiled; MissingExtraError if numba is not installed."""
     try:
         from simprep.controller.sarsa_loop import loop
     except ImportError:

@@ -43,7 +43,7 @@ def choose(values, updates, untried, random, actions, count, explore, level, nod
 
 @njit(cache=True)  # type: ignore[untyped-decorator]
 def begin(values, updates, actions, count, confidence, level, node, goal, influence):  # type: ignore[no-untyped-def]
-    """Exploring start: an untried action first, else the one with the largest upper confidence bound of its value."""
+    """Exploring start: an untried action first, else the one of largest upper confidence bound."""
     chosen, top = np.int64(-1), -np.inf
     for k in range(count[level, node, influence]):
         action = np.int64(actions[level, node, influence, k])
@@ -61,7 +61,7 @@ def loop(  # type: ignore[no-untyped-def]
     values, updates, untried, now, random, goal_next, goal_reward, influence_next, shared_next, shared, steadiness,
     actions, count, discount, arrival, rate, decay, explore, confidence, longest, steps,
 ):  # fmt: skip
-    """Run training steps; the arguments are those of `simprep.controller.sarsa.learn`. Gives the number of episodes ended."""
+    """Run training steps with the arguments of `simprep.controller.sarsa.learn`; gives the number of episodes ended."""
     level, node, goal, influence, action, length = now
     episodes = 0
     for _ in range(steps):

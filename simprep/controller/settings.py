@@ -1,4 +1,4 @@
-"""Every constant of the behaviour controller in one place; the paper's value is named where ours differs."""
+"""Every constant of the behaviour controller; the paper's value is named where ours differs."""
 
 from dataclasses import dataclass, field
 
@@ -19,13 +19,13 @@ class RewardSettings:
         approach: weight of f_d, how much nearer to the goal it came (paper: 0.3).
         steadiness: weight of f_alpha, how little the level of preparation changed (paper: 0.6).
         distance_norm: d_norm of f_d [m] (paper: 1).
-        power: C_alpha of f_alpha = 1 - |change|^C_alpha (paper: 2). Above 1, many small changes cost less than one large one. (1 - |change|)^C_alpha, another reading of Eq. 16, would make one
-            large change cheaper than many small ones, against the paper's intention.
-        discount: gamma. The paper's 0.3 looks about one and a half actions ahead, and the best policy under it does not go to
-            its goal: standing still earns 0.75 to 0.85 per action, and what turning round or lowering alpha costs now weighs more
-            than what it brings in three actions. At 0.9 the best policy reaches the goal from everywhere (tests show both).
-        arrival: return credited on reaching the goal, as a multiple of 1 / (1 - discount). At 1 it is as if the full reward
-            went on for ever. With 0, as Eq. 18 reads literally, arriving ends a stream of rewards, and the best is never to.
+        power: C_alpha of f_alpha = 1 - |change|^C_alpha (paper: 2). Above 1, many small changes cost less than one
+            large one, as the paper wants; reading Eq. 16 as (1 - |change|)^C_alpha would make them cost more.
+        discount: gamma. The paper's 0.3 looks about one and a half actions ahead. Standing still then earns more than
+            going to the goal; at 0.9 the best policy reaches the goal from everywhere.
+        arrival: return credited on reaching the goal, as a multiple of 1 / (1 - discount). At 1 it is as if the full
+            reward went on for ever. At 0, as Eq. 18 reads literally, arriving ends the rewards, and the best policy
+            never does.
 
     Raises:
         SettingError: a value outside its range.
@@ -61,15 +61,14 @@ class ControllerSettings:
 
     Attributes:
         cores: names of the 4 core nodes, cyclic motions. Default: walking, stepping round to either side, standing.
-            The observation is relative to the heading, so with turning every direction becomes forward; with stepping sideways
-            instead, a goal behind can never be faced.
-        barred: pairs of core nodes of which the second may not follow the first; Next(m) of Eq. 11 are all others. Default:
-            turning one way is not followed at once by turning the other way.
+            With steps sideways instead of round, a goal behind could never be faced.
+        barred: pairs of core nodes of which the second may not follow the first; Next(m) of Eq. 11 are all others.
+            Default: turning one way is not followed at once by turning the other way.
         action_s: duration of an action [s]. Default: the time of one step of `walk`, 32 frames at 60 frames/s.
         smoothing: standard deviation of the Gaussian over alpha at run time [s]. It is cut off at 3 standard deviations
             and delayed by as much, so it needs no future and settles within 0.48 s, less than an action.
-        safety_m: the level of preparation must be high enough (see `model.allowed_moves`) wherever the character could come
-            within reach of the source of influence, give or take this distance [m].
+        safety_m: distance beyond reach of the source of influence within which the level of preparation must be high
+            enough (`model.allowed_moves`) [m].
         rewards: constants of the reward.
         preparation: constants of the synthesis; of these, only the root's blending curve decides the displacement.
 
@@ -112,24 +111,22 @@ class LearningSettings:
     """How SARSA runs (paper, sections 6.3 and 6.4).
 
     Attributes:
-        steps: most training steps (paper: about 20 million). While the values are noisy, standing still can look best in a few states,
-            and the character stays there for ever. With these settings that no longer happens after 20 million steps (see
-            results/controller/learning.md); half as many again are a margin.
+        steps: most training steps (paper: about 20 million). While the values are noisy, standing still for ever can
+            look best in a few states. By 20 million steps that has ended (results/controller/learning.md); the rest is
+            a margin.
         seed: of the random numbers.
         rate: learning rate of the first update of an action value (paper: 0.7, for every update).
-        rate_decay: number of updates after which the rate has halved: rate / (1 + updates / rate_decay). Where an action leads to
-            one of several cells, as it does here, a constant rate of 0.7 never settles. 0 for the paper's constant rate.
+        rate_decay: number of updates after which the rate has halved: rate / (1 + updates / rate_decay). 0 for the
+            paper's constant rate, which never settles where an action leads to one of several cells, as here.
         explore: epsilon, the share of random actions (paper: 0.1).
-        confidence: an episode begins in a random state with an action never tried there (the paper's exploring starts); where all
-            were tried, with the one of largest Q + confidence / (1 - discount) / sqrt(updates), an upper confidence bound (as in
-            UCB1, Auer et al. 2002). So the training steps go where it is still open which action is best, not into actions known
-            to be bad. 0 begins with the best known action, large values with the one tried least often.
-        longest: actions after which an episode is given up and another begins. The shorter, the more evenly the states
-            are visited.
-        tolerance: change of a state's value that counts as an update for the stop rule, as a share of the largest return.
-        stop_share: training stops when fewer than this share of the states had a value updated in a round (paper: 2 % in an
-            episode). An episode of ours visits a handful of states, so the rule would stop it at once: a round is a million steps.
-            0 never stops early.
+        confidence: an episode begins in a random state with an action never tried there (the paper's exploring starts),
+            else with that of largest Q + confidence / (1 - discount) / sqrt(updates), an upper confidence bound (as in
+            UCB1, Auer et al. 2002). 0 begins with the best known action, large values with the one tried least often.
+        longest: actions after which an episode is given up. The shorter, the more evenly the states are visited.
+        tolerance: change of a state's value that counts as an update for the stop rule, as a share of the largest
+            return.
+        stop_share: training stops when fewer than this share of the states had a value updated in a round of a million
+            steps (paper: 2 % in an episode; ours visit only a handful of states). 0 never stops early.
 
     Raises:
         SettingError: a value outside its range.

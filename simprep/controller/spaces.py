@@ -24,14 +24,14 @@ STATES = ALPHA_LEVELS * CORE_NODES * GOAL_CELLS * INFLUENCE_CELLS
 ACTIONS = CORE_NODES * ALPHA_LEVELS
 
 REACH_M = DISTANCE_STEP_M
-"""Nearer than this, the goal or the source of influence is reached: the first distance cell."""
+"""The goal or the source of influence is reached when nearer than this: the first distance cell [m]."""
 RANGE_M = 2.6
-"""A source of influence at this distance or beyond has no influence yet. It is where the last ring of 40 cm would end (2 m), and
-one step of a walk more: else a walking character would jump over that ring and see what it approaches at 1.4 m only."""
+"""A source of influence this far away or farther has no influence yet [m]. The last ring of 40 cm would end at 2 m; one
+step of a walk is added, as a walking character might else step over that ring."""
 AT_INFLUENCE = ALPHA_LEVELS - 1
 """The level forced on reaching the source of influence: 1.0."""
 SETTLES_S = 0.5
-"""So long the forced level is held, until the filter on alpha has settled and the target can be launched [s]."""
+"""The forced level is held so long, until the filter on alpha has settled and the target can be launched [s]."""
 
 
 @dataclass(frozen=True)
@@ -57,12 +57,7 @@ class Observation:
 
 @dataclass(frozen=True)
 class Action:
-    """What the controller does next: a = {m, alpha} (paper, Eq. 12).
-
-    Attributes:
-        node: index of the core node to perform.
-        alpha: level of preparation commanded, one of 0, 0.2 ... 1.
-    """
+    """What the controller does next: a = {m, alpha} (paper, Eq. 12), index of a core node and level 0, 0.2 ... 1."""
 
     node: int
     alpha: float
@@ -75,7 +70,7 @@ def observe(
 
     Args:
         position: (2,) of its root [m].
-        heading: the way it walks, without the pelvis's swing at every step (`preparation.trajectory.heading_trend`) [rad].
+        heading: the way it walks, without the pelvis's swing (`preparation.trajectory.heading_trend`) [rad].
         goal: (2,) [m].
         influence: (2,) source of influence [m]; None for none.
         alpha: level of preparation commanded last.
@@ -89,15 +84,12 @@ def observe(
 
 
 def relative(point: ArrayLike, position: ArrayLike, heading: ArrayLike) -> Array:
-    """Points on the floor as seen by a character: forward and left of it.
+    """Points on the floor (..., 2) as seen by a character: forward and left of it [m].
 
     Args:
         point: (..., 2) [m].
         position: (..., 2) of the character [m].
         heading: (...) [rad].
-
-    Returns:
-        (..., 2) [m].
     """
     offset = np.asarray(point, dtype=np.float64) - np.asarray(position, dtype=np.float64)
     return turned(offset, -np.asarray(heading))
@@ -109,30 +101,23 @@ def polar(point: Array) -> tuple[Array, Array]:
 
 
 def goal_cell(distance: ArrayLike, angle: ArrayLike) -> Cells:
-    """Cell of the goal: 5 rings of 40 cm, the last without end, times 8 sectors of 45 deg, the first straight ahead.
+    """Cell (...) of the goal, ring * 8 + sector: 5 rings of 40 cm, the last endless; 8 sectors of 45 deg from ahead.
 
     Args:
         distance: (...) [m].
         angle: (...) [rad].
-
-    Returns:
-        (...) ring * 8 + sector.
     """
     return np.asarray(_ring(distance) * GOAL_ANGLES + _sector(angle, GOAL_ANGLES))
 
 
 def influence_cell(distance: ArrayLike, angle: ArrayLike) -> Cells:
-    """Cell of the source of influence: 5 rings of 40 cm times 4 sectors of 90 deg, the first straight ahead.
+    """Cell (...) of the source of influence, ring * 4 + sector: 5 rings of 40 cm; 4 sectors of 90 deg from ahead.
 
-    A source out of range (2.6 m or more) counts as behind, in the last ring: nothing to prepare for. Otherwise one that
-    lies 10 m ahead could not be told from one at 1.9 m, and the character would raise its arms and slow down there.
+    A source out of range (2.6 m or more) counts as behind, in the last ring: nothing to prepare for yet.
 
     Args:
         distance: (...) [m].
         angle: (...) [rad].
-
-    Returns:
-        (...) ring * 4 + sector.
     """
     sector = np.where(np.asarray(distance) >= RANGE_M, INFLUENCE_ANGLES // 2, _sector(angle, INFLUENCE_ANGLES))
     return np.asarray(_ring(distance) * INFLUENCE_ANGLES + sector)
@@ -169,17 +154,14 @@ def decode(state: ArrayLike) -> tuple[Cells, Cells, Cells, Cells]:
 
 
 def cell_samples(sectors: int, radial: int, angular: int) -> Array:
-    """Points spread evenly over every cell in distance and angle: a grid of midpoints.
+    """Midpoints of an even grid of every cell in distance and angle: forward and left of the character [m].
 
-    The last ring, which has no end, is sampled up to `RANGE_M`.
+    The shape is (5 * sectors, angular * radial, 2); the distance varies fastest. The last ring ends at `RANGE_M`.
 
     Args:
         sectors: 8 for the goal, 4 for the source of influence.
         radial: points in distance per cell.
         angular: points in angle per cell.
-
-    Returns:
-        (5 * sectors, angular * radial, 2) forward and left of the character [m]; the distance varies fastest.
     """
     ring, sector, j, i = np.meshgrid(
         np.arange(DISTANCES), np.arange(sectors), np.arange(angular), np.arange(radial), indexing="ij"

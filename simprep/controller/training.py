@@ -1,4 +1,4 @@
-"""Training a controller with SARSA: in rounds, with a learning curve, to be stopped and resumed at will (paper, 6.3 and 6.4)."""
+"""Training a controller with SARSA in rounds, with a learning curve; it can stop and resume (paper, 6.3 and 6.4)."""
 
 import hashlib
 import json
@@ -77,13 +77,7 @@ class Training:
 
 
 def start(table: DisplacementTable, settings: ControllerSettings, learning: LearningSettings) -> Training:
-    """A training that has not taken a step.
-
-    Args:
-        table: measured displacements (`best.measure`).
-        settings: the controller.
-        learning: how it learns.
-    """
+    """A training without a step, of displacements from `best.measure`."""
     learner = new_learner(build_model(table, settings), learning)
     return Training(settings, learning, table, learner, [], learner.values.max(axis=-1))
 
@@ -93,18 +87,12 @@ def run(
     progress: Callable[[int], object] = lambda steps: None,
     checkpoint: Callable[[Training], object] = lambda training: None,
 ) -> Policy:
-    """Train until all steps are done or the stop rule holds.
+    """Train until all steps are done or the stop rule holds; gives the greedy policy. MissingExtraError without numba.
 
     Args:
         training: goes on where it is; changed.
         progress: receives the steps done, after every round.
         checkpoint: receives the training after every round, to save it.
-
-    Returns:
-        The greedy policy.
-
-    Raises:
-        MissingExtraError: numba is not installed.
     """
     from time import perf_counter
 
@@ -155,12 +143,7 @@ def _look(training: Training, model: QuantisedModel, exact: Backup, guess: Array
 
 
 def save_training(training: Training, path: str | Path) -> Path:
-    """Write a training to .npz, atomically, so that it can go on later.
-
-    Args:
-        training: what to write.
-        path: the file.
-    """
+    """Write a training to .npz, atomically, so that it can go on later."""
     learner = training.learner
     header = {
         "schema": SCHEMA,
@@ -210,7 +193,7 @@ def read_training(path: str | Path) -> Training:
 def resume(
     path: str | Path, table: DisplacementTable, settings: ControllerSettings, learning: LearningSettings
 ) -> Training:
-    """A saved training, to go on with: bit by bit what it would have become without the interruption.
+    """A saved training, which goes on bit by bit as without the interruption.
 
     Args:
         path: written by `save_training`.
@@ -232,10 +215,7 @@ def resume(
 
 
 def problem_key(table: DisplacementTable, settings: ControllerSettings) -> str:
-    """Hash of all that a policy depends on: displacements, successors, rewards. 16 hexadecimal digits.
-
-    Targets with the same root blending curve have the same displacements, and so share a policy.
-    """
+    """Hash of all that a policy depends on: displacements, successors, rewards. 16 hexadecimal digits."""
     content = {"fps": table.fps, "safety_m": settings.safety_m, "rewards": asdict(settings.rewards)}
     digest = hashlib.sha256(json.dumps([SCHEMA, content], sort_keys=True).encode())
     digest.update(np.round(table.path, 6).tobytes())

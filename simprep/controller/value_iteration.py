@@ -1,4 +1,4 @@
-"""The best policy of the quantised model, the exact return of any policy, and where it ends: by repeated exact backups."""
+"""The best policy of the quantised model, the return of any policy, and where it ends: by repeated exact backups."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -28,7 +28,7 @@ AT_GOAL = GOAL_ANGLES
 
 @dataclass(frozen=True)
 class Backup:
-    """Transition probabilities of the model, move by move: a move is a core node, a level before and a level commanded.
+    """Transition probabilities of the model by move: a core node, a level before and a level commanded.
 
     Attributes:
         moves: (M, 3).
@@ -57,15 +57,12 @@ class Backup:
     arrival: float
 
     def action_values(self, values: Array, discount: float, arrival: float) -> Array:
-        """Expected return of every action, then following `values`; without the reward.
+        """Expected return (M, 40, 20) of every action, then following `values`; without the reward.
 
         Args:
             values: (6, 4, 40, 20).
             discount: of what follows.
             arrival: return on reaching the goal.
-
-        Returns:
-            (M, 40, 20).
         """
         node, _, after = self.moves.T
         onward = values[after, node] @ self.influence.transpose(0, 2, 1)
@@ -105,7 +102,7 @@ def backup(model: QuantisedModel) -> Backup:
 
 
 def _joint(model: QuantisedModel, move: NDArray[np.int64], pairs: NDArray[np.int64], reward: Array) -> sparse.csr_array:
-    """(P, 19201) probabilities of the next state where goal and source of influence are one; puts in the reward there."""
+    """(P, 19201) probabilities of the next state where goal and source of influence are one; sets the reward there."""
     node, before, after = (int(number) for number in move)
     table = np.zeros((len(pairs), STATES + 1))
     for row, (goal, influence) in enumerate(pairs):
@@ -124,15 +121,7 @@ def _joint(model: QuantisedModel, move: NDArray[np.int64], pairs: NDArray[np.int
 
 
 def by_action(exact: Backup, by_move: Array) -> Array:
-    """Values per move as values per state and action, -inf where the action may not be chosen.
-
-    Args:
-        exact: the backup.
-        by_move: (M, 40, 20).
-
-    Returns:
-        (6, 4, 40, 20, 24).
-    """
+    """Values (6, 4, 40, 20, 24) per state and action, of values (M, 40, 20) per move; -inf if not allowed."""
     node, before, after = exact.moves.T
     table = np.full((ALPHA_LEVELS, ACTIONS, GOAL_CELLS, INFLUENCE_CELLS), -np.inf)
     table[before, node * ALPHA_LEVELS + after] = by_move
@@ -146,15 +135,13 @@ def best_actions(action_values: Array) -> NDArray[np.uint8]:
 
 
 def value_iteration(exact: Backup, tolerance: float = 1e-9) -> tuple[Array, NDArray[np.uint8]]:
-    """The largest return that any policy earns from every state, and a policy that earns it.
+    """The largest return from every state, and the actions of a policy that earns it, both (6, 4, 40, 20).
+
+    At the goal the value is the return credited on reaching it.
 
     Args:
         exact: the backup.
         tolerance: the largest error of a value left, by the contraction of the backup.
-
-    Returns:
-        values: (6, 4, 40, 20); at the goal, the return credited on reaching it.
-        policy: (6, 4, 40, 20) action.
     """
     values = np.full(STATE_SHAPE, exact.arrival)
     enough = tolerance * (1 - exact.discount) / max(exact.discount, 1e-9)
@@ -171,16 +158,13 @@ def value_iteration(exact: Backup, tolerance: float = 1e-9) -> tuple[Array, NDAr
 def policy_values(
     exact: Backup, policy: NDArray[np.uint8], start: Array | None = None, tolerance: float = 1e-9
 ) -> Array:
-    """Return that a policy earns from every state.
+    """Return (6, 4, 40, 20) that a policy earns from every state.
 
     Args:
         exact: the backup.
         policy: (6, 4, 40, 20) action.
         start: a first guess.
         tolerance: the largest error of a value left.
-
-    Returns:
-        (6, 4, 40, 20).
     """
     return _follow(exact, policy, start, exact.reward, exact.discount, exact.arrival, tolerance)
 
@@ -200,12 +184,12 @@ def arrival_probability(exact: Backup, policy: NDArray[np.uint8], actions: int =
 
 
 def reachable(exact: Backup, policy: NDArray[np.uint8] | None = None) -> NDArray[np.bool_]:
-    """States from which the goal is reached with a probability above 0: (6, 4, 40, 20).
+    """States (6, 4, 40, 20) from which the goal is reached with a probability above 0.
 
     Args:
         exact: the backup.
-        policy: (6, 4, 40, 20) action; None for any sequence of allowed actions. Where a policy never reaches the goal, it
-            stays among such states; without any, it surely reaches the goal from everywhere.
+        policy: (6, 4, 40, 20) action; None for any sequence of allowed actions. If these are all states, a policy
+            surely reaches the goal.
     """
     known = np.zeros(STATE_SHAPE, dtype=bool)
     known[:, :, :AT_GOAL] = True

@@ -1,7 +1,6 @@
 """Balance: where the centre of mass, its extrapolation and the zero moment point lie against the support polygon.
 
-Support is feet only: while hands, knees or obstacles bear load (crawling) the true support is larger than the polygon
-here, and these numbers understate balance.
+Only feet count as support. While hands, knees or obstacles bear load, these numbers understate balance.
 """
 
 from dataclasses import dataclass
@@ -61,34 +60,28 @@ class Balance:
 def extrapolated_com(
     com: NDArray[np.float64], velocity: NDArray[np.float64], gravity: float = GRAVITY
 ) -> NDArray[np.float64]:
-    """Hof's extrapolated centre of mass, XcoM = com + v / omega0, omega0 = sqrt(g / l).
+    """Hof's extrapolated centre of mass on the floor (n, 2) [m]: XcoM = com + v / omega0, omega0 = sqrt(g / l).
 
-    l is the height of the COM above the floor at that frame (at least 0.2 m), the length of the linear inverted
-    pendulum; Hof et al. (2005, J Biomech 38:1) take leg length times a factor, which is close to it when upright. The
-    XcoM inside the support polygon means that a pendulum could stop without a step. It hides that people may step,
-    swing their arms, or have no wish to stop: a healthy walk has negative margins in the direction of travel.
+    l is the height of the COM above the floor in that frame, at least 0.2 m. Hof et al. (2005, J Biomech 38:1) take leg
+    length times a factor, which is close to it when upright. With the XcoM inside the support polygon, a linear
+    inverted pendulum could stop without a step. Hides that people may step or have no wish to stop: walking has
+    negative margins.
 
     Args:
         com: (n, 3) [m], floor at z = 0.
         velocity: (n, 3) [m/s].
         gravity: [m/s^2].
-
-    Returns:
-        (n, 2) on the floor [m].
     """
     omega = np.sqrt(gravity / np.maximum(com[:, 2], _LOWEST_PENDULUM_M))
     return np.asarray(com[:, :2] + velocity[:, :2] / omega[:, None])
 
 
 def balance(motion: Motion, friction: float = 1.0) -> Balance:
-    """Balance of a kinematic or simulated motion, from its poses and foot contacts alone.
+    """Balance of a kinematic or simulated motion at 60 Hz, from its poses and foot contacts alone.
 
     Args:
         motion: at least 2 frames.
         friction: of the floor, for the residual wrench.
-
-    Returns:
-        Balance at 60 Hz.
     """
     model = motion.character.model
     smooth = smooth_motion(motion)
@@ -125,23 +118,20 @@ def balance(motion: Motion, friction: float = 1.0) -> Balance:
 
 
 def posture_summary(series: Balance, frames: NDArray[np.bool_] | None = None) -> dict[str, float]:
-    """Balance of the poses and velocities over the frames in which a foot supports.
+    """Balance of the poses and velocities over the frames in which a foot supports, by name; NaN where there is none.
 
-    - `com_cos_mm`: mean distance of the COM to the centre of support on the floor, the cost that the 2013 paper
-      optimises (Eq. 6). Captures how centred the weight is; hides direction, and that walking means leaving the centre.
+    - `com_cos_mm`: mean distance of the COM to the centre of support on the floor, the cost in Eq. 6 of the 2013 paper.
+      Captures how centred the weight is; hides direction, and that walking means leaving the centre.
     - `com_inside_share`: share of those frames with the COM inside the polygon. Hides by how much, and all dynamics.
     - `com_to_edge_mm`: mean signed distance to the edge, positive inside. Hides the worst moment.
     - `margin_of_stability_mm`, `margin_of_stability_p5_mm`: mean and 5th percentile of Hof's margin
       (`extrapolated_com`).
-    - `unsupported_share`: share of all frames left out of the numbers above because no foot supports. Read it with
-      them: a motion that jumps past its bad moments looks balanced.
+    - `unsupported_share`: share of all frames in which no foot supports, which the numbers above leave out. Read it
+      with them: a motion that jumps past its bad moments looks balanced.
 
     Args:
         series: from `balance`.
         frames: (n,) frames to use; None for all.
-
-    Returns:
-        The numbers by name; NaN where no frame has support.
     """
     use = np.ones(len(series.time), dtype=bool) if frames is None else frames
     supported = use & series.support.any(axis=1)
@@ -157,18 +147,12 @@ def posture_summary(series: Balance, frames: NDArray[np.bool_] | None = None) ->
 
 
 def plausibility_summary(series: Balance) -> dict[str, float]:
-    """Whether floor contact could produce the motion.
+    """Whether floor contact could produce the motion, by name; NaN where a number does not exist.
 
-    - `zmp_to_edge_mm`: mean signed distance of the ZMP to the polygon's edge, positive inside; `zmp_inside_share`:
-      share inside. Frames in flight or without support are left out, so look at the residual too.
+    - `zmp_to_edge_mm`, `zmp_inside_share`: mean signed distance of the ZMP to the polygon's edge, positive inside, and
+      share of frames inside. Both leave out frames in flight or without support, so read the residual too.
     - `residual_force_n`, `residual_torque_nm`: mean force and torque that no floor contact could supply
       (`residual_wrench`), flight included; `residual_force_p95_n`, `residual_torque_p95_nm`: 95th percentiles.
-
-    Args:
-        series: from `balance`.
-
-    Returns:
-        The numbers by name; NaN where they do not exist.
     """
     zmp = series.zmp_to_edge[np.isfinite(series.zmp_to_edge)]
     has = len(series.residual_force) > 0
@@ -183,25 +167,22 @@ def plausibility_summary(series: Balance) -> dict[str, float]:
 
 
 def mean(values: NDArray[np.float64] | NDArray[np.bool_]) -> float:
-    """Arithmetic mean; NaN for no values, without a warning."""
+    """Mean; NaN for no values, without a warning."""
     return float(np.mean(values)) if len(values) else float("nan")
 
 
 def centre_of_pressure_to_edge(
     series: Balance, time: NDArray[np.float64], centre_of_pressure: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Signed distance of a simulated run's measured centre of pressure to the edge of the support polygon.
+    """Signed distance (n,) of a run's measured centre of pressure to the support polygon's edge, positive inside [m].
 
-    How close the foot is to tipping: near zero the body pivots about an edge. Outside (negative) means that
-    something other than the two feet bears load, or that a foot pushed with a part that the polygon lacks.
+    Near zero the body pivots about an edge. Negative: something besides the two feet bears load, or a foot pushed with
+    a part that the polygon lacks. NaN without support or pressure.
 
     Args:
-        series: balance of the simulated motion.
+        series: balance of the simulated motion; its times are those of the result.
         time: (N,) times of the measurements from the motion's first frame [s].
         centre_of_pressure: (N, 2) on the floor [m]; NaN where nothing presses.
-
-    Returns:
-        (n,) [m] at the times of `series`; NaN without support or pressure.
     """
     nearest = np.clip(np.searchsorted(time, series.time - 1e-9), 0, len(time) - 1)
     return signed_distance(series.foot_points, series.support, centre_of_pressure[nearest])

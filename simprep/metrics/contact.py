@@ -15,14 +15,14 @@ SLIP_HZ = 60.0
 CARRYING_HEIGHT_M = 0.005
 SLIP_FLOOR_MM_PER_STANCE = 1.0
 STANCE_EDGE_S = 1.0 / 60.0
-"""Left out at both ends of a stance: half a frame of 30 Hz capture, better than which its contacts are not known."""
+"""Left out at both ends of a stance: half a frame of 30 Hz capture, as contacts are not known more closely."""
 
 _GAP_S = 0.06
 
 
 @dataclass(frozen=True)
 class FootSlip:
-    """Slip of the carrying foot points while their foot is in contact, both feet together.
+    """Slip of both feet together: how far carrying foot points slide while their foot is in contact.
 
     Attributes:
         travel_m: path length slipped [m].
@@ -52,21 +52,17 @@ class FootSlip:
 def sphere_slip(
     centres: NDArray[np.float64], rotations: NDArray[np.float64], radius: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Distance that spheres on the floor slide between frames.
+    """Horizontal distance (n - 1, ...) that spheres on the floor slide between frames [m].
 
-    When a sphere rolls, its lowest point travels while the material there rests. When a foot turns about its lowest
-    point, that point rests while the material rubs on the spot. Neither is skating, so the smaller of both travels
-    counts: that of the lowest point, and that of the material at it. The latter is the centre's step plus that of the
-    arm from the centre to the floor under the rotation, forward and backward averaged, so that the direction of time
-    does not matter. Hides rubbing on the spot, at most radius times angle turned.
+    The smaller of two travels counts: that of the sphere's lowest point, and that of the material at it. So neither
+    rolling (the material rests) nor turning on the spot (the point rests) is slip. The material travels by the centre's
+    step plus that of the arm from the centre to the floor, averaged over both directions of time. Hides rubbing on the
+    spot, at most radius times angle turned.
 
     Args:
         centres: (n, ..., 3) sphere centres [m].
         rotations: (n, ..., 3, 3) orientations of the bodies that carry them.
         radius: (...) [m].
-
-    Returns:
-        (n - 1, ...) horizontal slip [m].
     """
     turn = rotations[1:] @ np.swapaxes(rotations[:-1], -1, -2)
     # arm = radius * (0, 0, -1): forward (turn - 1) arm, backward (1 - turn^T) arm
@@ -79,17 +75,13 @@ def sphere_slip(
 def foot_slip(motion: Motion) -> FootSlip:
     """How far feet in contact slide.
 
-    Every interval with the foot in contact at both ends counts, but for the first and last 1/60 s of a stance, sampled
-    at about 60 Hz (every k-th frame, so that noise does not add up with the frame rate). The carrying points are those
-    of the spheres under a foot at most 5 mm above the foot's lowest; their slip (`sphere_slip`) is averaged. Rolling
-    from heel over ball to toe is not slip. It captures sliding and pivoting; it hides the very moments of touch-down
-    and lift-off, which contact rule set the flags, and a foot that hovers.
+    Counts every interval with the foot in contact at both ends, except the first and last 1/60 s of a stance. Frames
+    are taken at about 60 Hz, so that noise does not add up with the frame rate. Carrying points are the spheres at most
+    5 mm above the foot's lowest one; their slip (`sphere_slip`) is averaged. Captures sliding and pivoting; rolling
+    from heel to toe is not slip. Hides touch-down and lift-off, which rule set the contacts, and a foot that hovers.
 
     Args:
-        motion: a motion of at least 2 frames, with its contact flags (measured ones for a simulated motion).
-
-    Returns:
-        FootSlip.
+        motion: at least 2 frames, with its contacts (measured ones for a simulated motion).
     """
     model = motion.character.model
     feet = motion.character.sole_geoms
@@ -122,18 +114,10 @@ def foot_slip(motion: Motion) -> FootSlip:
 
 
 def stance_drift(motion: Motion) -> NDArray[np.float64]:
-    """How far each stance slides from its first third to its last: the net way of the foot's stillest point.
+    """Horizontal distance (S,) that each stance slides from its first third to its last, left foot's first [m].
 
-    `foot_slip` adds up every millimetre of a path, so measurement noise of a few millimetres per frame (a third of
-    a degree in every joint) looks like decimetres of skating; here it averages out. The point of a sole that moves
-    least counts, so neither rolling from heel to toe nor pivoting is drift. Hides sliding there and back within a
-    stance.
-
-    Args:
-        motion: a motion with its contact flags.
-
-    Returns:
-        (S,) horizontal way of every stance, left foot's first [m]; stances under 3 frames are left out.
+    In `foot_slip` measurement noise adds up to slip; here it averages out. The point of the sole that moves least
+    counts, so neither rolling nor pivoting is drift. Hides sliding there and back. Stances under 3 frames are left out.
     """
     points = forward_kinematics(motion.qpos, motion.character).foot_points[..., :2]
     out = []
@@ -148,17 +132,14 @@ def stance_drift(motion: Motion) -> NDArray[np.float64]:
 
 
 def slip_ratio(simulated: FootSlip, reference: FootSlip) -> float:
-    """Slip of a simulated motion over its reference's, per second of motion.
+    """Slip of a simulated motion over its reference's, per second of motion; NaN without a duration or stance.
 
-    Per second of motion and not per stance, as a foot that chatters makes many short stances. References whose feet
-    hardly move would make any simulation look bad, so a reference counts as slipping at least 1 mm per stance.
+    Not per stance, as a foot that chatters makes many short ones. A reference counts as slipping at least 1 mm per
+    stance: against feet that hardly move any simulation would look bad.
 
     Args:
         simulated: slip with the measured contacts.
         reference: slip of the reference over the same time, with its own contacts.
-
-    Returns:
-        The ratio; NaN where either has no duration or the reference no stance.
     """
     if simulated.duration_s <= 0 or reference.duration_s <= 0 or reference.stance_count == 0:
         return float("nan")
@@ -167,12 +148,9 @@ def slip_ratio(simulated: FootSlip, reference: FootSlip) -> float:
 
 
 def floor_penetration(motion: Motion) -> NDArray[np.float64]:
-    """Deepest point of any colliding geom below the floor z = 0, per frame.
+    """Depth (T,) of the deepest point of any colliding geom below the floor z = 0, 0 or more [m].
 
     Exact for spheres and capsules, which our humanoid collides with. Hides self-penetration and obstacles.
-
-    Returns:
-        (T,) depth [m], 0 or more.
     """
     model = motion.character.model
     data = mujoco.MjData(model)
@@ -204,7 +182,7 @@ def _foot_frames(qpos: NDArray[np.float64], character: Character) -> tuple[NDArr
 
 
 def _inner_stance(contact: NDArray[np.bool_], gap: float, edge: int) -> NDArray[np.bool_]:
-    """Stances without their edges; shorter gaps are closed first, and the ends of the motion are no edges."""
+    """Stances without their edges. Shorter gaps are closed first; the ends of the motion are no edges."""
     closed = contact.copy()
     for first, after in stances(~contact):
         if first > 0 and after < len(contact) and after - first < gap:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from simprep.physics.inverse_dynamics import nonnegative_least_squares
 
 FLIGHT_SHARE = 0.1
-"""Below this share of body weight a vertical force is too small to have a meaningful centre of pressure."""
+"""Share of body weight below which a vertical force has no meaningful centre of pressure."""
 
 
 @dataclass(frozen=True)
@@ -40,17 +40,14 @@ def whole_body(
 ) -> WholeBody:
     """Momenta and needed external wrench by recursive Newton-Euler inverse dynamics (`mj_rne`).
 
-    The root's six rows of M qacc + C are what the world must push with, as no actuator acts on a free root. It captures
-    everything a rigid body model knows (angular momentum included) and hides what the model lacks, such as soft tissue.
+    The root's six rows of M qacc + C are what the world must push with, as no actuator acts on a free root. Captures
+    all that a rigid body model knows, angular momentum included; hides what it lacks, such as soft tissue.
 
     Args:
         model: mujoco.MjModel whose first joint is the free joint of its one kinematic tree.
         qpos: (n, nq).
         qvel: (n, nv).
         qacc: (n, nv).
-
-    Returns:
-        WholeBody.
     """
     data = mujoco.MjData(model)
     n = len(qpos)
@@ -76,20 +73,17 @@ def whole_body(
 def zero_moment_point(
     com: NDArray[np.float64], force: NDArray[np.float64], torque: NDArray[np.float64], weight: float
 ) -> NDArray[np.float64]:
-    """Floor point about which the needed wrench has no horizontal moment (Vukobratovic and Borovac 2004).
+    """Floor point (n, 2) about which the needed wrench has no horizontal moment [m] (Vukobratovic and Borovac 2004).
 
-    With floor contact alone it is where the centre of pressure would have to be, and a ZMP outside the support polygon
-    says that the motion cannot happen as it is. It holds the rate of angular momentum as well as the COM acceleration.
-    It hides friction, and means nothing while hands or obstacles bear load.
+    With floor contact alone the centre of pressure would have to be there: with a ZMP outside the support polygon the
+    motion cannot happen. Captures COM acceleration and rate of angular momentum. Hides friction, and means nothing
+    while hands or obstacles bear load. NaN where the vertical force is under a tenth of the weight (flight).
 
     Args:
         com: (n, 3) centre of mass [m].
         force: (n, 3) needed external force [N].
         torque: (n, 3) needed moment about the COM [N m].
         weight: body weight m g [N].
-
-    Returns:
-        (n, 2) [m]; NaN where the vertical force is under a tenth of the weight (flight).
     """
     bears = force[:, 2] > FLIGHT_SHARE * weight
     vertical = np.where(bears, force[:, 2], np.nan)
@@ -107,13 +101,12 @@ def residual_wrench(
     friction: float = 1.0,
     lever: float = 1.0,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Part of the needed wrench that no floor contact at the supporting points could supply.
+    """Force (n,) [N] and torque about the COM (n,) [N m] that no floor contact at the supporting points could supply.
 
-    Per frame a non-negative least squares problem: each point pushes along the four edges of the pyramidal friction
-    cone that MuJoCo uses (|fx| + |fy| <= friction * fz), and what remains of the wrench about the COM is the residual.
-    Zero means that floor contact could produce the motion. It hides strength: joint torques may be out of reach. It
-    trades force against moment by `lever`. What a hand on the floor supplies counts as residual. In flight nothing
-    pushes, so the residual is the whole needed wrench: zero for a true free fall.
+    Norms of what a non-negative least squares problem leaves of the needed wrench in each frame. Each point pushes
+    along the four edges of MuJoCo's pyramidal friction cone, |fx| + |fy| <= friction * fz. Zero: floor contact could
+    produce the motion. In flight the whole needed wrench remains, which is zero for a free fall. Hides strength: joint
+    torques may be out of reach. What a hand on the floor supplies counts as residual.
 
     Args:
         com: (n, 3) [m].
@@ -123,9 +116,6 @@ def residual_wrench(
         mask: (n, P) points that may push.
         friction: sliding friction coefficient.
         lever: length by which moments are divided to weigh them against forces [m].
-
-    Returns:
-        residual force (n,) [N] and torque about the COM (n,) [N m], as norms.
     """
     edges = np.array([[friction, 0, 1], [-friction, 0, 1], [0, friction, 1], [0, -friction, 1]], dtype=np.float64)
     residual = np.concatenate([force, torque / lever], axis=1)

@@ -1,4 +1,4 @@
-"""All metrics of a motion or a run in one flat mapping, units in the names, ready for JSON (None where undefined)."""
+"""All metrics of a motion or a run in one flat mapping: units in the names, ready for JSON, None where undefined."""
 
 import math
 from collections.abc import Mapping
@@ -23,7 +23,7 @@ from simprep.motion.motion import Motion
 from simprep.physics.run import DIVERGED, Run
 
 SHORTEST_S = 0.1
-"""Runs shorter than this have no metrics but their end: derivatives would be extrapolation."""
+"""Shorter runs have no metrics but their end: derivatives would be extrapolation."""
 
 PREPARED_KEYS = ("com_cos_mm", "com_inside_share", "com_to_edge_mm", "margin_of_stability_mm")
 
@@ -34,19 +34,14 @@ def evaluate_motion(
     prepared_s: tuple[float, float] | None = None,
     own: Mapping[str, Metric[Motion]] | None = None,
 ) -> Metrics:
-    """Metrics of a kinematic motion: balance, plausibility, contact, and the transition if its time is known.
+    """Metrics of a kinematic motion by name, the same names for every motion; None where one does not exist.
 
     Args:
         motion: at least 0.1 s long, with its contacts.
-        launch_s: launch of the target movement from the first frame [s]; None: its event `launch`, else no transition
-            metrics.
-        prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...` (the whole motion
-            dilutes what happens while the character prepares); None: from its event `rise` to `launch`, where it has
-            both.
+        launch_s: launch of the target from the first frame [s]; None: its event `launch`, else no transition metrics.
+        prepared_s: from and to [s]: balance of this span is also given, as `prepared_...`; None: from the event
+            `rise` to `launch`, if it has both.
         own: metrics of your own by name (`simprep.Metric`); they come after ours.
-
-    Returns:
-        The numbers by name, the same names for every motion; None where one does not exist.
 
     Raises:
         SettingError: an own metric has the name of one of ours, or gives no single value.
@@ -73,24 +68,19 @@ def evaluate_run(
     prepared_s: tuple[float, float] | None = None,
     own: Mapping[str, Metric[Run]] | None = None,
 ) -> Metrics:
-    """Metrics of a simulated run, with the keys that `track --json` prints.
+    """Metrics of a simulated run by name, as `track --json` prints them; None where one does not exist.
 
-    A run that fell is measured over what it completed: read `success`, `completed_share` and `survived_s` first. A run
-    that diverged, or ended within 0.1 s, has no numbers at all: its states are not data.
+    A run that fell is measured over what it completed: read `success` (`simprep.metrics.tracking.succeeded`),
+    `completed_share` and `survived_s` first. A run that diverged or ended within 0.1 s has no numbers at all. `s_per_s`
+    is computing time per simulated second, `assist_n` and `assist_nm` the largest external force and torque,
+    `penetration_mm` the deepest of any step, `foot_slip_ratio` that of `simprep.metrics.contact.slip_ratio`.
 
     Args:
         run: what the simulation returned.
-        launch_s: launch of the target movement from the start [s]; None: the reference's event `launch`, else no
-            transition metrics.
-        prepared_s: from and to [s]: balance is also given for this span alone, as `prepared_...`; None: from the
-            reference's event `rise` to `launch`. A run that did not reach its end has no such numbers.
+        launch_s: launch of the target from the start [s]; None: the reference's event `launch`, else no such metrics.
+        prepared_s: from and to [s]: balance of this span is also given, as `prepared_...`, if the run reaches its end;
+            None: from the reference's event `rise` to `launch`.
         own: metrics of your own by name (`simprep.Metric`); they come after ours.
-
-    Returns:
-        The numbers by name, the same names for every run; None where one does not exist. `success`: see
-        `simprep.metrics.tracking.succeeded`; `s_per_s`: computing time per simulated second; `assist_n`, `assist_nm`:
-        largest external force and torque; `penetration_mm`: deepest of any step; `foot_slip_ratio`: see
-        `simprep.metrics.contact.slip_ratio`.
 
     Raises:
         SettingError: an own metric has the name of one of ours, or gives no single value.

@@ -1,4 +1,4 @@
-"""Identified dynamics: which law of motion of the centre of mass a sparse regression finds in the data."""
+"""Identified dynamics: the law of motion of the centre of mass that a sparse regression finds in the data."""
 
 from dataclasses import dataclass
 
@@ -48,11 +48,11 @@ def identify_pendulum(
     """Fit the linear inverted pendulum by SINDy (Brunton et al. 2016; `pysindy`).
 
     Sequentially thresholded least squares (threshold 0.05 in SI units) on the library 1, velocity, com - cop, over both
-    floor axes together. Captures whether the body as a whole balances like a pendulum on its centre of pressure: ratio
-    and r_squared near 1, the other terms gone. A ratio apart from 1 tells of angular momentum or of a COM that moves
-    vertically. With the ZMP of a kinematic motion as `centre_of_pressure` the law is partly true by construction, and
-    only the deviation says something; with the pressure measured in a simulation it is a finding. Hides causes, and
-    says nothing about flight (frames with NaN are left out).
+    floor axes together. Captures whether the body balances like a pendulum on its centre of pressure: ratio and
+    r_squared are near 1, the other terms 0. Another ratio tells of angular momentum or of a COM that moves vertically.
+    With the ZMP of a kinematic motion as `centre_of_pressure`, the law is partly true by construction, and only the
+    deviation says something. Hides causes and flight. The coefficients are NaN with under 10 usable frames or no
+    motion.
 
     Args:
         com: (n, 3) [m].
@@ -60,9 +60,6 @@ def identify_pendulum(
         acceleration: (n, 3) [m/s^2].
         centre_of_pressure: (n, 2) [m]; NaN where nothing presses.
         gravity: [m/s^2].
-
-    Returns:
-        PendulumLaw; NaN coefficients with under 10 usable frames or no motion.
     """
     usable = np.isfinite(centre_of_pressure).all(axis=1)
     lever = (com[usable, :2] - centre_of_pressure[usable]).T.reshape(-1, 1)  # x axis, then y axis
@@ -98,23 +95,16 @@ def identify_pendulum(
 
 
 def identify_motion(motion: Motion) -> PendulumLaw:
-    """`identify_pendulum` of a kinematic motion, with its zero moment point as centre of pressure, at 60 Hz.
-
-    Args:
-        motion: at least 0.5 s long, so that frames away from its ends remain.
-    """
+    """`identify_pendulum` at 60 Hz of a motion of at least 0.5 s, with its zero moment point as centre of pressure."""
     smooth, body = _dynamics(motion)
     weight = _mass(motion) * GRAVITY
     return _identify(motion, smooth, body, zero_moment_point(body.com, body.force, body.torque, weight))
 
 
 def identify_run(run: Run) -> PendulumLaw:
-    """`identify_pendulum` of a simulated run, with its measured centre of pressure, at 60 Hz.
+    """`identify_pendulum` at 60 Hz of a run of at least 0.5 s, not diverged, with its measured centre of pressure.
 
     The pressure passes the same low-pass as the poses (weighted by the vertical force, as the moment would be).
-
-    Args:
-        run: at least 0.5 s long; not diverged.
     """
     motion = run.simulated_motion()
     smooth, body = _dynamics(motion)

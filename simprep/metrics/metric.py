@@ -5,8 +5,7 @@ A metric of your own is any function of a run (or of a motion) that gives one va
     def lowest_root_m(run: simprep.Run) -> float:
         return float(run.qpos[:, 2].min())
 
-    metrics = simprep.evaluate_run(run, own={"lowest_root_m": lowest_root_m})
-    print(metrics.table())
+    print(simprep.evaluate_run(run, own={"lowest_root_m": lowest_root_m}).table())
 """
 
 import math
@@ -22,26 +21,22 @@ Subject = TypeVar("Subject", contravariant=True)
 
 
 class Metric(Protocol[Subject]):
-    """Measures a `Run`, or a `Motion`: a function, or an object that can be called. The caller chooses its name.
+    """Measures a `Run` or a `Motion`: a function, or an object that can be called. The caller chooses its name.
 
-    It must not change what it measures. The same subject must give the same value.
+    It must not change what it measures, and gives the same value for the same subject.
     """
 
     def __call__(self, subject: Subject, /) -> Value:
-        """Measure it.
+        """Measure the run or the motion.
 
-        Args:
-            subject: the run or the motion.
-
-        Returns:
-            A number in the unit that the metric's name ends with (`_m`, `_mm`, `_s`, `_n`, `_nm`), a truth value or
-            text. None, NaN and infinity stand for a value that does not exist.
+        The value is a number in the unit that the metric's name ends with (`_m`, `_mm`, `_s`, `_n`, `_nm`), a truth
+        value or text. None, NaN and infinity stand for a value that does not exist.
         """
         ...
 
 
 class Metrics(dict[str, Value]):
-    """Metrics by name, the unit in the name; None where one does not exist. Ready for JSON, or as a row of a data frame."""
+    """Metrics by name, units in the names; None where one does not exist. Ready for JSON or a data frame."""
 
     def table(self) -> str:
         """The metrics as text, one a line."""
@@ -49,10 +44,10 @@ class Metrics(dict[str, Value]):
 
 
 def metrics_table(columns: Mapping[str, Mapping[str, Value]]) -> str:
-    """Metrics of several runs or motions side by side, as text, one metric a line.
+    """Metrics side by side as text, one metric a line; `-` where a column lacks it.
 
     Args:
-        columns: heading of a column to its metrics. A metric that a column lacks is shown as `-`.
+        columns: heading of a column to its metrics.
     """
     names = list(dict.fromkeys(name for column in columns.values() for name in column))
     rows = [["metric", *columns], *([name, *(_text(one.get(name)) for one in columns.values())] for name in names)]
@@ -70,7 +65,7 @@ def collect(ours: dict[str, Any], own: Mapping[str, Metric[Subject]] | None, sub
     Args:
         ours: values by name.
         own: metrics by name.
-        subject: what `own` measure; None where there is nothing to measure, so their values are None.
+        subject: what `own` measure; None: their values are None.
 
     Raises:
         SettingError: a name that is in both, or a value that is neither number, truth value, text nor None.

@@ -7,7 +7,7 @@ import numpy as np
 
 MATCHED_ON = ("target", "alpha", "seed", "controller")
 SURVIVAL = ("success", "completed_share", "survived_s")
-"""Metrics that mean something for a fall too: compared over all pairs, the others where both arms succeeded."""
+"""Metrics that mean something for a fall too: compared over all pairs, others only where both arms succeeded."""
 
 Summary = dict[str, float | int | None]
 
@@ -18,19 +18,16 @@ def bootstrap_median(
     confidence: float = 0.95,
     resamples: int = 2000,
 ) -> tuple[float | None, float | None, float | None]:
-    """Median and percentile bootstrap interval (Efron 1979).
+    """Median and percentile bootstrap interval (Efron 1979): median, low, high; None where one does not exist.
 
-    Captures the spread over cases. Hides that cases sharing a target are not independent: with few targets and many
-    seeds the interval is too narrow; with under about 6 values it is too narrow in any case.
+    Captures the spread over cases. The interval is too narrow for under about 6 values, and for many seeds of few
+    targets, as cases that share a target are not independent. One value has no interval.
 
     Args:
         differences: the values.
         generator: source of randomness.
         confidence: of the interval.
         resamples: bootstrap samples.
-
-    Returns:
-        median, low, high; None where they do not exist (no value; an interval from one value).
     """
     values = np.asarray(differences, dtype=np.float64)
     if len(values) == 0:
@@ -54,22 +51,18 @@ def paired_differences(
 ) -> dict[str, dict[str, Summary]]:
     """`with_arm` minus `without_arm` over cases that agree in target, alpha, seed and controller.
 
-    Falls are not averaged away: a pair in which either arm failed is left out of every metric except those of
-    `SURVIVAL`, and counted in `n_failed_with` and `n_failed_without`. So the medians are of cases that both arms
-    survived. An arm that fails the hardest cases looks better in them than it is; read them with the counts.
+    A pair in which either arm failed counts in `SURVIVAL`, `n_failed_with` and `n_failed_without`, but in no other
+    metric. So an arm that fails the hardest cases looks better in the other medians than it is; read them with the
+    counts. Returns {controller: {metric: {n, median, low, high, n_failed_with, n_failed_without}}}.
 
     Args:
         cases: mappings with `target`, `alpha`, `arm`, `controller`, `seed`, `success`, and metrics; None and NaN are
             missing values.
         with_arm: name of one arm.
         without_arm: name of the other.
-        generator: for the bootstrap; consumed in sorted order of controller and metric, so a seed reproduces the
-            result.
+        generator: for the bootstrap; used in sorted order of controller and metric, so a seed reproduces the result.
         metrics: which to compare; None for every numeric key that both arms have.
         resamples: bootstrap samples.
-
-    Returns:
-        {controller: {metric: {n, median, low, high, n_failed_with, n_failed_without}}}.
     """
     arms: dict[str, dict[tuple[Any, ...], Mapping[str, Any]]] = {with_arm: {}, without_arm: {}}
     for case in cases:

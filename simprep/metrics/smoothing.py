@@ -1,12 +1,9 @@
 """Derivatives that do not depend on the frame rate: every signal is low-passed by the same Gaussian, in seconds.
 
-A finite difference of captured or simulated positions amplifies noise by a power of the frame rate, so peaks of
-acceleration and jerk taken from it say more about the timestep than about the body. Here a signal is interpolated by a
-cubic spline to at least 240 Hz and convolved with derivatives of a Gaussian of standard deviation `SIGMA_S`
-(-3 dB at 13 Hz, the upper end of the 6 to 15 Hz that gait analysis uses). A sinusoid of angular frequency w keeps
-exp(-(w * SIGMA_S)^2 / 2) of its amplitude. What this hides: impacts shorter than about 20 ms. Whole-body inverse
-dynamics of poses uses `DYNAMICS_SIGMA_S`, -3 dB at 6.6 Hz: gait laboratories take 6 Hz (Winter 2009), as what is
-above it in captured motion is mostly noise, which masses of tens of kilograms turn into hundreds of newtons.
+Finite differences amplify noise by a power of the frame rate. Here a cubic spline of at least 240 Hz is convolved with
+derivatives of a Gaussian of standard deviation `SIGMA_S` (-3 dB at 13 Hz; gait analysis uses 6 to 15 Hz). Angular
+frequency w keeps exp(-(w * SIGMA_S)^2 / 2) of its amplitude; impacts under about 20 ms are hidden. Inverse dynamics
+uses `DYNAMICS_SIGMA_S` (-3 dB at 6.6 Hz; Winter 2009 takes 6 Hz): masses turn noise above it into large forces.
 """
 
 from collections.abc import Sequence
@@ -25,7 +22,7 @@ GRID_HZ = 240.0
 ANALYSIS_HZ = 60.0
 DYNAMICS_SIGMA_S = 0.020
 EDGE_S = 4 * DYNAMICS_SIGMA_S
-"""Whole-body accelerations this close to an end of a motion rest on extrapolation; statistics leave them out."""
+"""Accelerations this close to an end of a motion rest on extrapolation; statistics leave them out."""
 
 _TRUNCATE = 8.0  # a shorter kernel of second order has a constant gain: 4 cm/s^2 per metre at 5 sigma
 
@@ -39,6 +36,7 @@ def gaussian_derivatives(
 ) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
     """Low-passed signal and its time derivatives on a uniform time grid.
 
+    Returns times (n,) [s] from the first sample, and one (n, k) array per order, in the unit of values per s^order.
     Both ends are continued by point reflection, which keeps the velocity and lets the acceleration go to zero there.
 
     Args:
@@ -47,9 +45,6 @@ def gaussian_derivatives(
         orders: derivatives wanted, 0 to 3.
         rate: rate of the result [1/s].
         sigma: standard deviation of the Gaussian [s].
-
-    Returns:
-        times (n,) [s] from the first sample, and one (n, k) array per order, in the unit of values per s^order.
     """
     count = len(values)
     factor = max(1, int(np.ceil(GRID_HZ / fps - 1e-9)))
@@ -73,7 +68,7 @@ def gaussian_derivatives(
 
 @dataclass(frozen=True)
 class SmoothMotion:
-    """A motion and its derivatives at `ANALYSIS_HZ`, independent of the frame rate it came with.
+    """A motion and its derivatives at `ANALYSIS_HZ`, whatever its frame rate.
 
     Attributes:
         time: (n,) seconds from the first frame.
@@ -96,15 +91,12 @@ class SmoothMotion:
 
 
 def smooth_motion(motion: Motion, rate: float = ANALYSIS_HZ, sigma: float = DYNAMICS_SIGMA_S) -> SmoothMotion:
-    """Low-passed poses, velocities and accelerations of a motion of at least 2 frames.
+    """Low-passed poses, velocities and accelerations.
 
     Args:
-        motion: the motion.
+        motion: at least 2 frames.
         rate: frames per second of the result [1/s].
         sigma: standard deviation of the Gaussian [s].
-
-    Returns:
-        SmoothMotion.
     """
     qpos = motion.qpos.copy()
     flips = np.where(np.sum(qpos[1:, 3:7] * qpos[:-1, 3:7], axis=1) < 0, -1.0, 1.0)

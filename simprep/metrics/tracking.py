@@ -13,11 +13,7 @@ _STATES_HZ = 60.0
 
 
 def body_positions(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
-    """Origins of all segments, simulated and reference, at about 60 Hz.
-
-    Returns:
-        simulated (n, segments, 3) [m], reference (n, segments, 3) [m], and their rate [1/s].
-    """
+    """Origins of all segments at about 60 Hz: simulated and reference (n, segments, 3) [m], and their rate [1/s]."""
     stride = max(1, round(1 / run.timestep / _STATES_HZ))
     body = run.reference.character
     simulated = forward_kinematics(run.qpos[::stride], body).xpos
@@ -26,20 +22,16 @@ def body_positions(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64], 
 
 
 def position_errors(simulated: NDArray[np.float64], reference: NDArray[np.float64]) -> dict[str, float]:
-    """Mean joint position errors over frames and bodies, root-relative and global.
+    """Mean position errors over frames and segments by name.
 
-    - `g_mpjpe_mm`: world positions. Captures drift as well as pose; a perfect walk half a metre astray scores 500.
-    - `mpjpe_mm`: after subtracting each pose's own root position (the pelvis, itself one of the segments, with error 0;
-      headings are not aligned, as is standard). Captures the pose; hides drift and falling straight down. Distal errors
-      weigh as much as proximal.
+    - `g_mpjpe_mm`: of world positions. Captures drift as well as pose; a perfect walk half a metre astray scores 500.
+    - `mpjpe_mm`: after subtracting each pose's root position; headings are not aligned, as is standard. Captures the
+      pose; hides drift and falling straight down. Distal errors weigh as much as proximal ones.
     - `max_body_distance_mm`: largest over time of the mean distance of all segments, which `success` bounds by 500.
 
     Args:
         simulated: (n, segments, 3) [m].
         reference: (n, segments, 3) [m].
-
-    Returns:
-        The numbers by name.
     """
     distance = np.linalg.norm(simulated - reference, axis=2)
     relative = (simulated - simulated[:, :1]) - (reference - reference[:, :1])
@@ -51,18 +43,16 @@ def position_errors(simulated: NDArray[np.float64], reference: NDArray[np.float6
 
 
 def derivative_errors(simulated: NDArray[np.float64], reference: NDArray[np.float64], rate: float) -> dict[str, float]:
-    """Velocity and acceleration errors of body positions: first and second differences at 30 Hz, in SI units.
+    """Velocity and acceleration errors of body positions by name: first and second differences at 30 Hz.
 
-    Mean norm over frames and bodies, `velocity_error_m_s` and `acceleration_error_m_s2`. They capture jitter and bad
-    timing that position errors forgive; at 30 Hz they hide vibration above 15 Hz.
+    `velocity_error_m_s` and `acceleration_error_m_s2` are mean norms over frames and segments; NaN for motions under
+    two 30 Hz intervals. They capture jitter and bad timing that position errors forgive; they hide vibration above 15
+    Hz.
 
     Args:
         simulated: (n, segments, 3) [m].
         reference: (n, segments, 3) [m].
         rate: samples per second [1/s].
-
-    Returns:
-        The numbers by name; NaN for motions shorter than two 30 Hz intervals.
     """
     difference = simulated - reference
     count = len(difference)
@@ -91,22 +81,19 @@ def effort(
     hinge_velocity: NDArray[np.float64],
     timestep: float,
 ) -> dict[str, float]:
-    """What the servos spend.
+    """What the servos spend, by name.
 
     - `torque_rms_nm`, `torque_rms_share`: root mean square over time and hinges, in N m and as share of each hinge's
       limit. Legs and trunk dominate the first; in the second a wrist counts as much as a hip.
-    - `saturation_share`: share of hinge-steps at 99 % of the limit or more.
-    - `positive_work_j`, `absolute_work_j`: sum over hinges of the servo power's positive part, and of its size. Muscles
-      pay for holding still and get little back from negative work: neither is metabolic cost.
+    - `saturation_share`: share of hinges and steps at 99 % of the limit or more.
+    - `positive_work_j`, `absolute_work_j`: sum over hinges of the servo power's positive part, and of its size. Neither
+      is metabolic cost: muscles pay for holding still and get little back from negative work.
 
     Args:
         torque: (N, joints) servo torques [N m].
         torque_limit: (joints,) [N m].
         hinge_velocity: (N + 1, joints) at the states before and after each step [rad/s].
         timestep: [s].
-
-    Returns:
-        The numbers by name.
     """
     share = np.abs(torque) / torque_limit
     power = torque * (hinge_velocity[:-1] + hinge_velocity[1:]) / 2

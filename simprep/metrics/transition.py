@@ -20,15 +20,14 @@ def transition_peaks(
     torque: NDArray[np.float64] | None = None,
     torque_limit: NDArray[np.float64] | None = None,
 ) -> dict[str, float]:
-    """Peaks over all hinges within 0.25 s before and after the launch of the target.
+    """Peaks over all hinges within 0.25 s before and after the launch of the target, by name.
 
-    All signals pass the Gaussian of `simprep.metrics.smoothing` (sigma 10 ms), so frame rate and timestep do not
-    matter.
+    NaN without torque, or where the motion does not cover the window (a fall must not look gentle). All signals pass
+    the Gaussian of `simprep.metrics.smoothing` (sigma 10 ms), so frame rate and timestep do not matter.
     - `peak_acceleration_rad_s2`, `peak_jerk_rad_s3`: second and third derivative of the fastest hinge. They capture the
-      jolt that an unprepared transition needs, but also the target's own snap, which every arm of a comparison shares.
-      Hinge angles exaggerate near a singular shoulder.
-    - `peak_rms_acceleration_rad_s2`: peak over time of the root mean square over hinges. It depends less on any single
-      joint.
+      jolt of an unprepared transition, and the target's own snap, which all arms share. A singular shoulder adds to
+      them.
+    - `peak_rms_acceleration_rad_s2`: peak over time of the root mean square over hinges; depends less on one joint.
     - `peak_torque_nm`, `peak_torque_share`: largest servo torque and largest share of a limit (simulated runs only).
 
     Args:
@@ -37,10 +36,6 @@ def transition_peaks(
         launch_s: time of the launch from the first frame [s].
         torque: (T - 1, joints) servo torques of the steps between the frames [N m]; None for a kinematic motion.
         torque_limit: (joints,) [N m], with `torque`.
-
-    Returns:
-        The numbers by name; NaN where the window is not wholly inside the motion (a fall must not look gentle) or has
-        no torque.
     """
     missing = dict.fromkeys(TRANSITION_KEYS, float("nan"))
     duration = (len(hinges) - 1) / fps

@@ -1,4 +1,4 @@
-"""An approach seen from above, with the level of preparation along the path and over time (2013 paper, Fig. 9 and 11)."""
+"""An approach seen from above, and its level of preparation over time (2013 paper, Fig. 9 and 11)."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -18,20 +18,16 @@ from simprep.report.figures import new_figure, save_figure
 def plot_approach(
     result: Approach, tasks: Sequence[Task], path: str | Path, title: str, others: Sequence[Motion] = ()
 ) -> Path:
-    """Draw the path coloured by the level of preparation, goals, sources of influence, footprints; below, both over time.
+    """Draw the path coloured by level of preparation, goals, sources of influence, footprints; below, both over time.
+
+    MissingExtraError without matplotlib.
 
     Args:
         result: the approach.
         tasks: what it was asked to do.
         path: the PNG file.
         title: heading.
-        others: people around it, who are only drawn: the paths of their roots.
-
-    Returns:
-        The path written.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
+        others: people around it; only the paths of their roots are drawn.
     """
     figure = new_figure(9.0, 7.6)
     figure.suptitle(title, fontsize=11)

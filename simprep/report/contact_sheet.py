@@ -18,7 +18,7 @@ COLOURS = 128
 
 
 def picture_times(motion: Motion, columns: int = COLUMNS) -> NDArray[np.float64]:
-    """Evenly spaced instants, one of them moved to the impact where there is one [s].
+    """Evenly spaced instants [s], one of them moved to the impact where there is one.
 
     Args:
         motion: the motion.
@@ -40,9 +40,6 @@ def save_contact_sheet(
         motions: at least one.
         path: the PNG file.
         progress: receives the number of motions drawn so far.
-
-    Returns:
-        The path written.
 
     Raises:
         NoGlError: nothing can draw off screen here.

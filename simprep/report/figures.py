@@ -1,4 +1,4 @@
-"""Plots of the validation study. Needs matplotlib (extra `report`); every function writes one PNG, atomically."""
+"""Plots of the validation study as PNG, written atomically; MissingExtraError without matplotlib (extra `report`)."""
 
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -29,12 +29,6 @@ def plot_com_and_support(motions: Mapping[str, Motion], frames: Sequence[int], p
         frames: one column of panels each; all within every motion.
         path: the PNG file.
         title: heading of the figure.
-
-    Returns:
-        The path written.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(2.3 * len(frames) + 0.6, 2.5 * len(motions) + 0.5)
     figure.suptitle(title, fontsize=11)
@@ -55,15 +49,9 @@ def plot_com_and_support(motions: Mapping[str, Motion], frames: Sequence[int], p
 
 
 def support_margin(motion: Motion) -> Series:
-    """Signed distance of the COM projection to the edge of the support polygon, over time.
+    """Times [s] and signed distances [m] (T,) of the COM projection to the support polygon's edge, positive inside.
 
-    Contacts pass a median filter of 50 ms, since a simulated foot chatters while it takes up load.
-
-    Args:
-        motion: kinematic or simulated; its contacts say which feet support.
-
-    Returns:
-        Time (T,) [s], and distance (T,) [m]: positive inside, NaN in flight.
+    Contacts pass a median filter of 50 ms, since a simulated foot chatters while it takes up load. NaN in flight.
     """
     kinematics = forward_kinematics(motion.qpos, motion.character)
     width = 2 * round(motion.fps * DEBOUNCE_S / 2) + 1
@@ -82,12 +70,6 @@ def plot_margins(
         path: the PNG file.
         title: heading of the figure.
         launch_s: instant marked by a vertical line [s].
-
-    Returns:
-        The path written.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(8.5, 2.1 * len(panels) + 0.9)
     figure.suptitle(title, fontsize=11)
@@ -124,12 +106,6 @@ def plot_blending_curves(
         curves: name to function of (alpha, C).
         constants: name of a body part to its constant C; one panel each.
         path: the PNG file.
-
-    Returns:
-        The path written.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(3.3 * len(constants), 3.2)
     alpha = np.linspace(0, 1, 201)
@@ -179,15 +155,7 @@ def _robust_limits(values: list[NDArray[np.float64]]) -> tuple[float, float]:
 
 
 def new_figure(width: float, height: float) -> Any:
-    """An empty matplotlib figure with an image canvas.
-
-    Args:
-        width: [inch].
-        height: [inch].
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
-    """
+    """An empty matplotlib figure with an image canvas, width and height in inches."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -199,7 +167,7 @@ def new_figure(width: float, height: float) -> Any:
 
 
 def save_figure(figure: Any, path: str | Path) -> Path:
-    """Write a figure as PNG, atomically, and return the path."""
+    """Write a figure as PNG, atomically."""
     with atomic_path(path) as temporary:
         figure.savefig(temporary, dpi=DPI, format="png")
     return Path(path)

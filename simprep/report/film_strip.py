@@ -19,7 +19,7 @@ from simprep.scene import SceneSettings, scene_spec
 
 HEADER_PX = 22
 OTHER_TINTS = ((0.80, 0.30, 0.28, 0.55), (0.55, 0.38, 0.70, 0.55))
-"""Colours of other people, in turn: somewhat transparent, so that they hide nothing."""
+"""Colours of other people, in turn; they hide nothing, as they are somewhat transparent."""
 ROOM_M = 1.1
 """Kept free around people at the sides of a picture."""
 INK, FAINT = (30, 30, 34), (120, 120, 126)
@@ -33,7 +33,7 @@ class Row:
         label: printed above the row.
         motion: what is drawn; a simulated run's is `run.simulated_motion()`.
         end_note: printed where the motion is over before the strip is, such as `fell at 2.31 s`.
-        others: people drawn tinted beside the motion, from the same instant on, each in a colour of its own.
+        others: people drawn tinted beside the motion, at the same instants.
     """
 
     label: str
@@ -47,12 +47,11 @@ class StripSettings:
     """Layout and camera of a strip.
 
     Attributes:
-        columns: pictures per row, evenly spaced over the longest motion, where `times_s` says nothing else.
+        columns: pictures per row, evenly spaced over the longest motion; `times_s` overrides it.
         width_px: width of one picture.
         height_px: height of one picture.
         times_s: instants of the pictures [s], one column each; None for evenly spaced ones.
-        azimuth_deg: camera direction: 90 looks along y, so that a character walking along x walks to the right;
-            a little more shows its front.
+        azimuth_deg: camera direction: 90 looks along y, so that who walks along x walks to the right.
         elevation_deg: camera elevation, negative looks down.
         extent_m: height of the world seen in a picture [m]; more where others would not fit in.
         marks: labels of instants [s], printed at the nearest picture, such as `{"launch": 2.1}`.
@@ -75,16 +74,12 @@ class StripSettings:
 def film_strip(
     rows: Sequence[Row], settings: StripSettings | None = None, stage: "Stage | None" = None
 ) -> NDArray[np.uint8]:
-    """Draw a strip. The camera follows the root of each row in plan; its height is fixed.
+    """Draw a strip as RGB picture (height, width, 3). The camera follows the root of each row at a fixed height.
 
     Args:
         rows: at least one.
         settings: layout and camera.
-        stage: where to draw, made with the same size, camera and scene; None for one of its own. Many strips on one
-            stage take half the time.
-
-    Returns:
-        (height, width, 3) RGB picture.
+        stage: where to draw, of the same size, camera and scene; None for one of its own. Sharing one halves the time.
 
     Raises:
         NoGlError: nothing can draw off screen here.
@@ -133,27 +128,12 @@ def film_strip(
 
 
 def save_film_strip(rows: Sequence[Row], path: str | Path, settings: StripSettings | None = None) -> Path:
-    """Draw a strip and write it as PNG with a palette of 256 colours, atomically (see `film_strip`).
-
-    Args:
-        rows: at least one.
-        path: the PNG file.
-        settings: layout and camera.
-
-    Returns:
-        The path written.
-    """
+    """Draw a strip (`film_strip`) and write it as PNG with a palette of 256 colours, atomically."""
     return save_picture(film_strip(rows, settings), path)
 
 
 def save_picture(picture: NDArray[np.uint8], path: str | Path, colours: int = 256) -> Path:
-    """Write a picture as PNG with a palette, atomically, and return the path.
-
-    Args:
-        picture: (height, width, 3) RGB.
-        path: the PNG file.
-        colours: of the palette.
-    """
+    """Write an RGB picture (height, width, 3) as PNG with a palette of so many colours, atomically."""
     image = pillow()[0].fromarray(picture).quantize(colours)
     with atomic_path(path) as temporary:
         image.save(temporary, format="PNG", optimize=True)
@@ -161,13 +141,12 @@ def save_picture(picture: NDArray[np.uint8], path: str | Path, colours: int = 25
 
 
 class Stage:
-    """Draws motions off screen, as seen by the camera of a strip; a context manager, which holds a GL context.
+    """Draws motions off screen as the camera of a strip sees them; a context manager that holds a GL context.
+
+    Entering it raises NoGlError where nothing can draw off screen.
 
     Args:
         settings: size of the pictures, camera and scene.
-
-    Raises:
-        NoGlError: on entry, nothing can draw off screen here.
     """
 
     def __init__(self, settings: StripSettings) -> None:
@@ -185,15 +164,12 @@ class Stage:
     def pictures(
         self, motion: Motion, times: NDArray[np.float64], others: Sequence[Motion] = ()
     ) -> list[NDArray[np.uint8]]:
-        """Pictures of a motion.
+        """Pictures of a motion, N of (height, width, 3).
 
         Args:
             motion: the motion.
             times: (N,) instants [s], held at the ends.
             others: people drawn beside it.
-
-        Returns:
-            N pictures (height, width, 3).
         """
         import mujoco
 
@@ -238,11 +214,7 @@ def _model(bodies: Sequence[Character], scene: SceneSettings) -> Any:
 
 
 def pillow() -> tuple[Any, Any, Any]:
-    """Pillow's Image and ImageDraw modules and the font of labels, loaded on first use.
-
-    Raises:
-        MissingExtraError: pillow is not installed.
-    """
+    """Pillow's Image and ImageDraw modules and the font of labels; MissingExtraError if pillow is not installed."""
     try:
         from PIL import Image, ImageDraw, ImageFont
     except ImportError:

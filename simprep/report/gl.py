@@ -1,6 +1,5 @@
-"""Which GL library can draw off screen here, found by trying each in a child process.
+"""Which GL library can draw off screen here: each is tried in a child process, as a broken one can abort a process.
 
-A missing or broken GL library can abort a process or leave it unable to try another, so the attempt is not made in ours.
 `import mujoco` itself loads the library named by MUJOCO_GL; this module works whether that happened or not.
 """
 
@@ -33,21 +32,12 @@ class NoGlError(SimprepError):
 
 @dataclass(frozen=True)
 class Backend:
-    """A GL library that draws off screen.
-
-    Attributes:
-        name: `egl`, `osmesa`, `glfw` or `cgl`, as in MUJOCO_GL.
-    """
+    """A GL library that draws off screen; its name is `egl`, `osmesa`, `glfw` or `cgl`, as in MUJOCO_GL."""
 
     name: str
 
     def context(self, width: int, height: int) -> Any:
-        """A GL context of this library, current in this thread.
-
-        Args:
-            width: largest picture width [px].
-            height: largest picture height [px].
-        """
+        """A GL context of this library, current in this thread, for pictures up to this size [px]."""
         os.environ["MUJOCO_GL"] = self.name  # MuJoCo's C library reads it to find the GL functions
         if self.name in ("egl", "osmesa"):
             os.environ["PYOPENGL_PLATFORM"] = self.name
@@ -58,9 +48,7 @@ class Backend:
 
 @lru_cache(maxsize=1)
 def find_backend() -> Backend:
-    """The first GL library that draws a picture, tried in a child process each (about 0.5 s).
-
-    MUJOCO_GL, where set, is the only one tried.
+    """The first GL library that draws a picture, tried in a child process each; only MUJOCO_GL, where it is set.
 
     Raises:
         NoGlError: none works, or MUJOCO_GL turns drawing off.
@@ -82,7 +70,7 @@ def find_backend() -> Backend:
 
 
 def _probe(name: str) -> str:
-    """What goes wrong when a child process draws with this library; empty if nothing does."""
+    """What goes wrong when a child process draws with this library; empty if nothing."""
     environment = {key: value for key, value in os.environ.items() if key != "PYOPENGL_PLATFORM"}
     environment["MUJOCO_GL"] = "disable"
     command = [sys.executable, "-m", "simprep.report.gl", name]
@@ -118,7 +106,7 @@ def _draw_one(name: str) -> None:
 
 
 class Canvas:
-    """Draws one model off screen in a current GL context, without shadows and reflections (about 40 ms in software).
+    """Draws one model off screen in a current GL context, without shadows and reflections.
 
     Args:
         model: mujoco.MjModel.
@@ -138,14 +126,11 @@ class Canvas:
         self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100.value)
 
     def draw(self, data: Any, camera: Any) -> Any:
-        """The picture of a state.
+        """The picture of a state, (height, width, 3) uint8.
 
         Args:
             data: mujoco.MjData after mj_forward (or mj_kinematics).
             camera: mujoco.MjvCamera.
-
-        Returns:
-            (height, width, 3) uint8.
         """
         import mujoco
         import numpy as np

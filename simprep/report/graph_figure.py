@@ -1,4 +1,4 @@
-"""The motion graph as a picture: core nodes in the middle, targets around them, nearer transitions darker (2013 paper, Fig. 3)."""
+"""The motion graph as a picture: core nodes in the middle, targets around them (2013 paper, Fig. 3)."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -12,18 +12,12 @@ _PALETTE = (*COLOURS, "#1b9e9e", "#d1659b", "#7f6a3f")
 
 
 def plot_graph(graph: MotionGraph, path: str | Path, families: Mapping[str, str] | None = None) -> Path:
-    """Draw a motion graph.
+    """Draw a motion graph; nearer transitions are darker. MissingExtraError without matplotlib.
 
     Args:
         graph: what to draw.
         path: the PNG file.
         families: family of each target by name; they are grouped and coloured by it.
-
-    Returns:
-        The path written.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     families = families or {}
     order = sorted(graph.targets, key=lambda name: families.get(name, ""))

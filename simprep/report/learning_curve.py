@@ -1,4 +1,4 @@
-"""Plot of a controller's learning curve (Fig. 10 of the 2013 paper). Needs matplotlib (extra `report`)."""
+"""Plot of a controller's learning curve (Fig. 10 of the 2013 paper); MissingExtraError without matplotlib."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -14,12 +14,6 @@ def plot_learning_curve(steps: Sequence[int], returns: Sequence[float], best: fl
         returns: (N,) exact return of the greedy policy, mean over all states.
         best: the largest return possible, mean over all states.
         path: the PNG file.
-
-    Returns:
-        The path written.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(5.2, 3.4)
     axes = figure.add_subplot()

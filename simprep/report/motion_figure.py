@@ -1,4 +1,4 @@
-"""A motion or a run over time: root height, joint angles, contacts; of a run also its reference, torques and end."""
+"""A motion or a run over time: root height, joint angles, contacts; of a run also its reference and torques."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -20,15 +20,12 @@ LINES = (*COLOURS, "#1b9e9e", "#d1659b", "#8fae3c", "#e0913a", "#111111")
 
 
 def plot_motion(motion: Motion, joints: str | Sequence[str] | None = None, path: str | Path | None = None) -> "Figure":
-    """Root height, joint angles by group, and contacts over time; events are dotted lines.
+    """Figure of root height, joint angles by group, and contacts over time; events are dotted lines.
 
     Args:
         motion: what to draw.
         joints: names of joints or of groups of the character (`left_arm`), one or several; None for all.
         path: PNG file to write; None to write none.
-
-    Returns:
-        The matplotlib figure.
 
     Raises:
         UnknownNameError: no such joint or group.
@@ -41,7 +38,7 @@ def plot_motion(motion: Motion, joints: str | Sequence[str] | None = None, path:
 
 
 def plot_run(run: Run, joints: str | Sequence[str] | None = None, path: str | Path | None = None) -> "Figure":
-    """A run as `plot_motion` draws it; its reference is dashed beside it, and what was not simulated is shaded.
+    """Figure of a run as of `plot_motion`; its reference is dashed, and what was not simulated is shaded.
 
     Torques are shares of the servos' limits, of each group the largest among the joints drawn.
 
@@ -49,9 +46,6 @@ def plot_run(run: Run, joints: str | Sequence[str] | None = None, path: str | Pa
         run: of one body; of several draw `run.body(k)`.
         joints: names of joints or of groups of the character, one or several; None for all.
         path: PNG file to write; None to write none.
-
-    Returns:
-        The matplotlib figure.
 
     Raises:
         UnknownNameError: no such joint or group.
@@ -79,7 +73,7 @@ def plot_run(run: Run, joints: str | Sequence[str] | None = None, path: str | Pa
 
 
 def _groups(character: Character, joints: str | Sequence[str] | None) -> dict[str, IntArray]:
-    """Indices of the joints to draw, by the panel that they are drawn in."""
+    """Indices of the joints to draw, by their panel."""
     grouped = {name for names in character.groups.values() for name in names}
     groups = {**character.groups, "other joints": tuple(name for name in character.joints if name not in grouped)}
     wanted: set[str] = set(character.joints if joints is None else ())
@@ -104,7 +98,7 @@ def _panels(title: str, count: int) -> tuple["Figure", list[Any]]:
 
 
 def _draw(panels: Sequence[Any], motion: Motion, groups: Mapping[str, IntArray], kind: str = "") -> None:
-    """Height, contacts and angles into the first panels; those of a `reference` faint, for what is drawn over them."""
+    """Height, contacts and angles in the first panels; faint for a `reference`."""
     faint = kind == "reference"
     style: dict[str, Any] = {"lw": 1.0, "ls": (0, (3, 2)), "alpha": 0.5} if faint else {"lw": 1.2}
     height, feet, *angles = panels

@@ -21,10 +21,7 @@ def jsonable(value: Any) -> Any:
     """The same content in JSON's types: arrays become lists, NaN and infinity become None.
 
     Args:
-        value: mappings, sequences, numpy arrays and numbers, paths, text, None.
-
-    Raises:
-        TypeError: anything else.
+        value: mappings, sequences, numpy arrays and numbers, paths, text, None; anything else raises TypeError.
     """
     if value is None or isinstance(value, (bool, str, int)):
         return value
@@ -44,15 +41,7 @@ def jsonable(value: Any) -> Any:
 
 
 def save_json(path: str | Path, content: Mapping[str, Any]) -> Path:
-    """Write a JSON file atomically.
-
-    Args:
-        path: the file.
-        content: see `jsonable`.
-
-    Returns:
-        The path written.
-    """
+    """Write a JSON file (`jsonable`) atomically."""
     text = json.dumps(jsonable(content), indent=1, allow_nan=False)
     with atomic_path(path) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")
@@ -60,13 +49,10 @@ def save_json(path: str | Path, content: Mapping[str, Any]) -> Path:
 
 
 def provenance(arguments: Sequence[str]) -> dict[str, Any]:
-    """What a result must say to be repeated: command, time, versions, machine.
+    """What repeats a result: `command`, `created_utc`, `versions`, `platform`.
 
     Args:
         arguments: the command line after `simprep`, or a script's whole `sys.argv`.
-
-    Returns:
-        Keys `command`, `created_utc`, `versions`, `platform`.
     """
     program = "python" if arguments and arguments[0].endswith(".py") else "simprep"
     versions = {"python": platform.python_version()}

@@ -38,23 +38,12 @@ def motion_rows(study: Study) -> list[dict[str, Any]]:
 
 
 def paired_by_controller(study: Study) -> dict[str, Paired]:
-    """With minus without posture optimisation in physics (see `simprep.metrics.paired.paired_differences`).
-
-    Args:
-        study: finished, or cut short.
-
-    Returns:
-        {controller: {metric: {n, median, low, high, n_failed_with, n_failed_without}}}.
-    """
+    """With minus without posture optimisation in physics, by controller (`paired_differences`)."""
     return paired_differences(case_rows(study), WITH, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
 
 
 def paired_before_physics(study: Study) -> Paired:
-    """With minus without posture optimisation in the motions themselves, matched in target and level.
-
-    Args:
-        study: finished, or cut short.
-    """
+    """With minus without posture optimisation in the motions themselves, matched in target and level."""
     cases = [{**record, "controller": BEFORE_PHYSICS, "seed": 0, "success": True} for record in motion_rows(study)]
     paired = paired_differences(cases, WITH, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
     return {

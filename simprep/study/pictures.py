@@ -18,15 +18,12 @@ MOMENTS = 4
 
 
 def draw_study(study: Study, folder: Path, warn: Callable[[str], None]) -> list[Path]:
-    """Draw every picture that can be drawn; what is missing for the others is said once through `warn`.
+    """Draw every picture that can be drawn.
 
     Args:
         study: finished, or cut short.
         folder: where the PNG files go.
         warn: receives one line per kind of picture that cannot be drawn.
-
-    Returns:
-        The files written.
     """
     files: list[Path] = []
     try:
@@ -103,11 +100,7 @@ def _draw_strips(study: Study, target: str, alpha: float, folder: Path) -> list[
 
 
 def draw_blending_curves(folder: Path) -> Path:
-    """The blending curves with the paper's constants: the default, and the curve as the paper prints it.
-
-    Args:
-        folder: where blending_curves.png goes.
-    """
+    """Draw the default blending curve, and the one that the paper prints, with the paper's constants, in a folder."""
     from simprep.preparation.blending import blending_weight
     from simprep.preparation.settings import DEFAULT_SETTINGS
     from simprep.report.figures import plot_blending_curves
@@ -122,7 +115,7 @@ def draw_blending_curves(folder: Path) -> Path:
 
 
 def _later_events(motion: Motion) -> dict[str, float]:
-    """What the target marks after its launch, such as the impact of a strike: name to time [s], in order."""
+    """Name and time [s] of the events after the launch, such as the impact of a strike, in order."""
     launch = launch_s(motion)
     times = {name: frame / motion.fps for name, frame in motion.events.items()}
     later = {name: time for name, time in times.items() if launch is not None and launch < time < motion.duration}
@@ -130,7 +123,7 @@ def _later_events(motion: Motion) -> dict[str, float]:
 
 
 def _instants(motion: Motion) -> tuple[float, ...]:
-    """Nine instants that show the launch and what the target marks after it."""
+    """Nine instants that show the launch and the events after it."""
     end, launch = motion.duration, launch_s(motion)
     if launch is None or not 0 < launch < end:
         return tuple(float(time) for time in np.linspace(0, end, 9))

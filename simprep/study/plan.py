@@ -15,10 +15,10 @@ ARM_LABELS = {
     "optimised": "preparation + optimisation",
 }
 DETERMINISTIC = ("pd",)
-"""Controllers without random numbers: every seed gives the same run, so only the first seed is run."""
+"""Controllers without random numbers: only the first seed is run, as every seed gives the same run."""
 
 QUICK_PROFILE = AlphaProfile(lead=0.2, rise=1.0, hold=0.6)
-"""Shorter than the preparation's default, so that the default study fits into five minutes."""
+"""Shorter than the preparation's default, so that the default study takes five minutes at most."""
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Condition:
     Attributes:
         target: name of the target motion.
         alpha: level of preparation reached before the launch, 0 to 1.
-        arm: how the transition is made, one of `ARMS`.
+        arm: one of `ARMS`.
     """
 
     target: str
@@ -43,13 +43,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Case:
-    """One simulation of the study.
-
-    Attributes:
-        condition: what the motion is.
-        controller: `pd` or `mpc`.
-        seed: of the controller's random generator.
-    """
+    """One simulation of the study: a condition, a controller (`pd` or `mpc`) and the seed of its random generator."""
 
     condition: Condition
     controller: str
@@ -113,7 +107,7 @@ class StudyPlan:
                     yield Condition(target.name, alpha, arm)
 
     def cases(self) -> list[Case]:
-        """Every simulation, ordered so that a study cut short still holds comparable arms."""
+        """Every simulation, in such an order that a study cut short still holds comparable arms."""
         return [
             Case(condition, controller, seed)
             for number, seed in enumerate(self.seeds)

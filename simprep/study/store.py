@@ -21,14 +21,9 @@ SCHEMA = "simprep.validate/1"
 
 
 def study_content(study: Study) -> dict[str, Any]:
-    """The study's numbers.
+    """The study's numbers: `complete`, `wall_s`, `cases`, `paired`, `paired_before_physics`, `motions`, `assist`.
 
-    Args:
-        study: finished, or cut short.
-
-    Returns:
-        `complete`, `wall_s`, `cases` (one flat mapping each), `paired`, `paired_before_physics`, `motions` (before physics),
-        `assist` (largest over all cases).
+    `motions` are measured before physics; `assist` is the largest over all cases.
     """
     cases = case_rows(study)
     force_n, torque_nm = largest_assist(cases)
@@ -44,12 +39,7 @@ def study_content(study: Study) -> dict[str, Any]:
 
 
 def plan_content(plan: StudyPlan, arguments: Sequence[str]) -> dict[str, Any]:
-    """What was to be run, with what is needed to repeat it.
-
-    Args:
-        plan: the study.
-        arguments: the command line after `simprep`.
-    """
+    """What was to be run, with the command line after `simprep` and all else that repeats it."""
     return {
         "schema": SCHEMA,
         **provenance(arguments),
@@ -66,20 +56,14 @@ def plan_content(plan: StudyPlan, arguments: Sequence[str]) -> dict[str, Any]:
 
 
 def mark_unfinished(plan: StudyPlan, folder: Path, arguments: Sequence[str]) -> Path:
-    """Write a metrics.json that says the study is not complete, so that an old one cannot be taken for its result.
-
-    Args:
-        plan: the study about to be run.
-        folder: where results go.
-        arguments: the command line after `simprep`.
-    """
+    """Write a metrics.json that says the study is not complete, so that an old one is not taken for its result."""
     return save_json(folder / "metrics.json", {**plan_content(plan, arguments), "complete": False, "cases": []})
 
 
 def save_study(
     study: Study, folder: Path, arguments: Sequence[str], files: Sequence[Path], warnings: Sequence[str] = ()
 ) -> Path:
-    """Write metrics.json; last of all files, since it says whether the study is complete.
+    """Write metrics.json, last of all files, since it says whether the study is complete.
 
     Args:
         study: finished, or cut short.

@@ -43,11 +43,7 @@ PAIRED_ROWS: tuple[Column, ...] = (
 
 
 def study_tables(study: Study) -> Iterator[Table]:
-    """Tables of a study: runs, motions before physics, and the effect of posture optimisation.
-
-    Args:
-        study: finished, or cut short.
-    """
+    """Tables of a study, finished or cut short: runs, motions before physics, effect of posture optimisation."""
     yield _runs(study)
     yield _motions(study)
     yield _paired(study)

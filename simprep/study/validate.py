@@ -17,13 +17,7 @@ from simprep.study.plan import Case, Condition, StudyPlan
 
 @dataclass(frozen=True)
 class CaseResult:
-    """What one simulation gave.
-
-    Attributes:
-        case: which simulation.
-        metrics: see `simprep.metrics.evaluate.evaluate_run`.
-        simulated: the simulated poses; kept for the first seed only, else None.
-    """
+    """One simulation: its case, its metrics (`evaluate_run`) and the simulated motion, for the first seed only."""
 
     case: Case
     metrics: Mapping[str, Any]
@@ -59,19 +53,15 @@ def run_study(
     motions_folder: Path | None = None,
     settings: SimulationSettings | None = None,
 ) -> Study:
-    """Run every case of a plan. Ctrl-C ends the study early and keeps the finished cases.
+    """Run every case of a plan. Ctrl-C ends the study early, keeps the finished cases and leaves `complete` False.
 
     Arms that come out as the same motion (no preparation, at every level) are simulated once and reported for each.
 
     Args:
         plan: what to run.
         on_progress: called with what is being done and the number of cases finished, in fractions.
-        motions_folder: where scenario motions, and the simulated motions of the first seed, are saved as they
-            are made; None to save none.
+        motions_folder: where scenario motions, and simulated ones of the first seed, are saved; None to save none.
         settings: of the simulation and the controllers; None for the defaults.
-
-    Returns:
-        The study; `complete` is False after Ctrl-C.
     """
     study = Study(plan)
     tell = on_progress or (lambda what, done: None)

@@ -1,4 +1,4 @@
-"""Approach goals under a policy, one target after the other, and join it all into one motion."""
+"""Approach goals under a policy, one target after the other, as one motion."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ from simprep.preparation.transition import DEFAULT_WINDOW_S, LAUNCH_EVENT, launc
 Array = NDArray[np.float64]
 
 NEAR_M = 1.5
-"""Two obstacles nearer than this: the style is kept between them."""
+"""The style is kept between two obstacles nearer than this [m]."""
 KEPT = 0.6
 """Level of preparation kept there: the lowest of the policy's levels that is not below 0.5."""
 
@@ -39,8 +39,8 @@ class Approach:
         level: (T,) level of preparation in effect; NaN while a target plays.
         actions: what was chosen.
         launches: frames of the launches.
-        alpha_at_influence: level of preparation in effect half a second after the first source of influence was reached, when the
-            filter has settled, or at the launch where that is sooner; None where none was reached.
+        alpha_at_influence: level of preparation in effect 0.5 s after the first source of influence was reached, or at
+            the launch where that is sooner; None where none was reached.
         max_alpha_jump: largest change of the commanded level between two actions, the forced one included.
         frames: how many were synthesised by the character.
         synthesis_s: computing time it took [s].
@@ -74,8 +74,8 @@ def approach(
 ) -> Approach:
     """Do the tasks one after the other.
 
-    Between two targets the character starts from where the first leaves it: prepared, it stands there at level 1 in its
-    last posture and lowers the level as it walks on; unprepared, the graph's transition leads straight back into the gait.
+    Prepared, the character goes on from a target at level 1, in its last posture, and lowers the level as it walks on.
+    Unprepared, the graph's transition leads straight back into the gait.
 
     Args:
         world: motions, graph, policy.
@@ -143,12 +143,7 @@ def _alpha_at_influence(pursuits: Sequence[Pursuit], level: Array, launches: Seq
 
 
 def near_obstacles(first: Sequence[float], second: Sequence[float]) -> float:
-    """Least level of preparation between two obstacles: the style is kept where they are nearer than 1.5 m.
-
-    Args:
-        first: (x, y) of the obstacle passed [m].
-        second: (x, y) of the next one [m].
-    """
+    """Least level of preparation between two obstacles at (x, y) [m]: `KEPT` where they are nearer than `NEAR_M`."""
     return KEPT if float(np.hypot(second[0] - first[0], second[1] - first[1])) < NEAR_M else 0.0
 
 

@@ -1,4 +1,4 @@
-"""Unprepared locomotion without end: cycles of the core nodes, one after the other, changed over through the motion graph."""
+"""Unprepared locomotion without end: cycles of the core nodes, joined through the motion graph."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -44,7 +44,7 @@ class Cycle:
 
 
 class CoreNodes:
-    """The core nodes and the ways between them, worked out once and shared by all characters.
+    """The core nodes and the ways between them, shared by all characters.
 
     Args:
         motions: the core nodes by name, at the graph's frame rate.
@@ -63,11 +63,7 @@ class CoreNodes:
         self._entries: dict[tuple[str, str], NDArray[np.intp]] = {}
 
     def cycle(self, name: str) -> Cycle:
-        """A core node by name.
-
-        Raises:
-            UnknownNameError: no such core node.
-        """
+        """A core node by name; UnknownNameError if there is none."""
         if name not in self.cycles:
             raise UnknownNameError("core node", name, self.names)
         return self.cycles[name]
@@ -75,9 +71,9 @@ class CoreNodes:
     def entry(self, source: str, frame: int, node: str) -> int | None:
         """Frame of a core node to enter from a frame of another; None where it does not fit.
 
-        A frame will do whose distance to some frame of the other, with the same feet supporting, is at most that of
-        the graph's nearest transition, a quarter and a centimetre: a transition of a graph is a minimum, and quiet standing
-        or two gaits of one rhythm are hardly worse beside it.
+        The same feet must support, and the distance be at most 1.25 times that of the graph's nearest transition, plus
+        1 cm: the graph keeps minima only, and in quiet standing or two gaits of one rhythm, other frames are hardly
+        worse.
 
         Args:
             source: core node left.
@@ -97,16 +93,13 @@ class CoreNodes:
 
 
 class LocomotionStream:
-    """Frames of locomotion, appended as they are needed.
+    """Frames of locomotion, appended as they are needed; UnknownNameError for a core node that is not there.
 
     Args:
         cores: the core nodes.
         node: core node to begin with.
         frame: its frame to begin with.
         place: (x, y [m], heading [rad]) of the root in the first frame; the heading is that of the trend.
-
-    Raises:
-        UnknownNameError: no such core node.
     """
 
     def __init__(
@@ -136,31 +129,22 @@ class LocomotionStream:
         return self._phase[frame]
 
     def window(self, first: int, after: int) -> Locomotion:
-        """Frames first to after - 1; more are made where they are missing.
-
-        Args:
-            first: of the stream.
-            after: of the stream.
-        """
+        """Frames first to after - 1 of the stream; missing ones are made."""
         while len(self) < after:
             self._play()
         part = slice(first, after)
         return Locomotion(self._qpos[part], self._contacts[part], self._trend[part], self.fps, self.character)
 
     def change(self, node: str, first: int, within: int) -> int | None:
-        """Go over to another core node, in the first frame from which the graph allows it (`CoreNodes.entry`).
+        """Go over to another core node in the first frame from which the graph allows it (`CoreNodes.entry`).
+
+        Gives the frame of the stream at which it begins; None where there is none in that time, and the core node is
+        kept.
 
         Args:
-            node: core node to go over to.
+            node: core node to go over to, UnknownNameError if there is none.
             first: frame of the stream from which on it may be left; what was made beyond is thrown away.
             within: frames of the stream in which the change must begin.
-
-        Returns:
-            Frame of the stream at which it begins; None where the graph has no transition in that time, and the core node is
-            kept.
-
-        Raises:
-            UnknownNameError: no such core node.
         """
         self._cores.cycle(node)
         self.window(0, first + within + 2)
@@ -191,7 +175,7 @@ class LocomotionStream:
         trend = trend + dying_away(x, self._trend[at] - trend[0], 0.0)
         self._cut(at)
         self._append(qpos[:count], contacts[:count], trend, [(node, int(f)) for f in (entry + np.arange(count)) % n])
-        # go on where this piece ends: it has come to be the placed cycle again
+        # go on where this piece ends: there it is the placed cycle again
         self.node, self._next = node, (entry + count) % n
         last = (entry + count - 1) % n
         pose = self._qpos[-1]

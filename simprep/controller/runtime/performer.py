@@ -1,8 +1,7 @@
-"""A character at run time: one action after the other is turned into frames, with what has been shown already left as it is.
+"""A character at run time: actions are turned into frames one by one; frames already shown stay as they are.
 
-Each action is synthesised in a window: some frames already shown, the action's own, and some beyond it, as if nothing
-changed, since a foot in the air must know where it will land. The window goes on from the last one (`Seam`), and what still
-differs at the joint, mostly because the look-ahead guessed wrong, dies away over a few frames.
+Each action is synthesised in a window: some frames already shown, its own, and some beyond it, since a foot in the air
+must know where it will land. What differs from the last window (`Seam`) dies away over a few frames.
 """
 
 from dataclasses import dataclass, field
@@ -35,8 +34,8 @@ class RuntimeSettings:
         smoothing: standard deviation of the Gaussian over alpha and style [s] (`simprep.controller.alpha_filter`).
         look_back: least part of a window that was shown already [s].
         look_ahead: part of a window beyond its action [s].
-        fade: time over which what differs at the joint of two windows dies away [s]; half of it for the legs and the root
-            height, since a foot in the air may soon land.
+        fade: time over which what differs between two windows dies away [s]; half of it for legs and root height, since
+            a foot in the air may soon land.
 
     Raises:
         SettingError: a time that is not positive.
@@ -112,24 +111,19 @@ class Performer:
         )
 
     def turn_to(self, node: str, frames: int) -> None:
-        """Go over to a core node at the first frame of the next action from which the graph allows it.
+        """Go over to a core node at the first frame of the next action (of `frames`) from which the graph allows it.
 
-        Args:
-            node: its name; the present one, or one that cannot be reached in time, changes nothing.
-            frames: length of the action.
+        The present node, or one that cannot be reached in time, changes nothing.
         """
         if node != self.node and self.stream.change(node, len(self), frames) is not None:
             self.node = node
 
     def path(self, commands: Array, share: float = 1.0) -> Array:
-        """Where the root would go under these commands, without synthesising the body.
+        """Root path (T, 3) under these commands, x, y [m] and heading [rad], without synthesising the body.
 
         Args:
             commands: (T,) level of preparation commanded in every frame.
             share: see `act`.
-
-        Returns:
-            (T, 3) x, y [m] and heading [rad].
         """
         begin = max(len(self) - 1, 0)
         source = self.stream.window(begin, len(self) + len(commands))
@@ -142,15 +136,12 @@ class Performer:
         return np.column_stack([root.position, source.trend + root.lag])[-len(commands) :]
 
     def act(self, commands: Array, style: Style, share: float = 1.0) -> Motion:
-        """Make the frames of one action.
+        """Make the new frames of one action.
 
         Args:
             commands: (T,) level of preparation commanded in every frame; the Gaussian filter makes it smooth.
             style: what is prepared for, one posture.
             share: probability that there will be a target at all.
-
-        Returns:
-            The new frames.
         """
         begun = process_time()
         s = self.settings

@@ -24,8 +24,7 @@ from simprep.preparation.transition import DEFAULT_WINDOW_S, launch, launch_fram
 Array = NDArray[np.float64]
 
 APPROACH_M_S = 0.6
-"""About the speed at which a source of influence is approached while the level of preparation rises: over the last 2 m, the best
-policy takes 3 to 4 s. With it the place of contact with a moving source is foreseen."""
+"""About the speed over the last 2 m [m/s]; with it the place of contact with a moving source is foreseen."""
 _SETTLED = 0.01
 
 
@@ -44,9 +43,9 @@ class Task:
         goal: (x, y) where to go [m].
         target: name of the motion launched there; None launches none.
         influences: what is prepared for on the way.
-        keep: least level of preparation from the beginning until the goal is reached, such as between near obstacles.
-        meet: go to where contact with the first source of influence is expected, instead of `goal`, and launch the target on
-            reaching that source: an opponent who comes nearer is met on the way.
+        keep: least level of preparation until the goal is reached, such as between near obstacles.
+        meet: instead of `goal`, go to where contact with the first source of influence is expected, and launch on
+            reaching it: an opponent who comes nearer is met on the way.
 
     Raises:
         SettingError: nobody to meet.
@@ -115,11 +114,7 @@ class World:
     max_actions: int = 60
 
     def target(self, name: str) -> Motion:
-        """A target at the graph's frame rate.
-
-        Raises:
-            UnknownNameError: it is not in the graph.
-        """
+        """A target at the graph's frame rate; UnknownNameError if it is not in the graph."""
         self.graph.node(name)
         return resample(replace(self.targets[name], loop=False), self.graph.settings.fps)
 
@@ -167,7 +162,7 @@ class Pursuit:
                 self._hold()
 
     def launched(self) -> tuple[Motion, int | None]:
-        """The motion with its target, and the frame of the launch; without a target, or where the goal was not reached, None."""
+        """The motion with its target, and the launch frame; None without target or where the goal was not reached."""
         motion = self.performer.motion()
         rise = np.flatnonzero(self.performer.level > 0)
         events = {RISE_EVENT: int(rise[0])} if len(rise) else {}
@@ -262,10 +257,7 @@ class Pursuit:
         return contact_weights(times), int(times.argmin())
 
     def _contact(self, number: int, position: Array, now: float) -> Array:
-        """Where contact with a source is expected (2,): where it is, if it does not move.
-
-        The policy was trained with sources that stay; told where a moving one will be, it prepares in time.
-        """
+        """Where contact with a source is expected (2,), as policies know still sources only."""
         source = self.task.influences[number]
         offset = source.at(now) - position
         towards = offset / max(float(np.linalg.norm(offset)), 1e-9)

@@ -22,12 +22,7 @@ def target_names() -> tuple[str, ...]:
 
 
 def library_graph(settings: GraphSettings | None = None, controller: ControllerSettings | None = None) -> MotionGraph:
-    """The motion graph of the controller's core nodes and all built-in targets.
-
-    Args:
-        settings: threshold and frame rate.
-        controller: names of the core nodes.
-    """
+    """The motion graph of the controller's core nodes and all built-in targets."""
     cores = core_motions(controller or ControllerSettings())
     motions = (library_motion(name) for name in target_names())
     # a stance or footwork without a target movement cannot be prepared for
@@ -45,13 +40,10 @@ def library_world(
     """A world of built-in motions.
 
     Args:
-        targets: names of the target motions that it needs.
+        targets: names of the target motions that it needs; UnknownNameError for others than `target_names`.
         settings: of the synthesis.
-        policy: None for the best policy of the quantised model (value iteration, about two seconds).
+        policy: None for the best policy of the quantised model (value iteration).
         prepare: False for the plain motion graph.
-
-    Raises:
-        UnknownNameError: no such target.
     """
     names = tuple(dict.fromkeys(targets))
     for name in names:

@@ -1,5 +1,4 @@
-"""How similar a fight is to the stream that its model has learned from: Jensen-Shannon distances between what follows what,
-how far apart the fighters are, and how they face each other."""
+"""How similar a fight is to the stream its model learned from: distances of distributions of actions and places."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -27,12 +26,7 @@ FloatArray = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Counts:
-    """How often each of a set of things was seen.
-
-    Attributes:
-        keys: (K,) what, as integers, rising.
-        numbers: (K,) how often, or for how long; above 0.
-    """
+    """How often each thing was seen: things as rising integers (K,), and how often or for how long (K,), above 0."""
 
     keys: IntArray
     numbers: FloatArray
@@ -45,15 +39,15 @@ class Counts:
 
 @dataclass(frozen=True)
 class Distributions:
-    """What is compared of a stream or of several fights. Player A's and B's are told apart throughout.
+    """What is compared of a stream or of several fights. Those of players A and B are kept apart.
 
     Attributes:
-        bigram: (player, label, next label of the same player): the edges of G1 and G2 that were walked.
-        cross_bigram: (player, the opponent's label in the last frame before, the label that the player begins then): the
-            cross edges C. Fighters that ignore each other have the right bigrams and the wrong cross bigrams.
-        kind_bigram: the same as `bigram` of labels without their supporting feet (`move`). There are some forty of these
-            instead of hundreds, so a few minutes suffice.
-        kind_cross_bigram: the same as `cross_bigram` of these.
+        bigram: (player, label, the same player's next label): the edges of G1 and G2 that were walked.
+        cross_bigram: (player, the opponent's label in the last frame before, the label that the player begins then):
+            the cross edges C. Fighters that ignore each other have the right bigrams and the wrong cross bigrams.
+        kind_bigram: `bigram` of labels without supporting feet (`move`): some forty labels instead of hundreds, so that
+            a few minutes suffice.
+        kind_cross_bigram: `cross_bigram` of these.
         distance: root distance in `DISTANCE_EDGES_M` [s in each bin].
         facing: facing errors in `FACING_EDGES_DEG` [s in each bin].
     """
@@ -67,15 +61,12 @@ class Distributions:
 
 
 def distributions(stream: DuelStream, table: IntArray, codes: IntArray) -> Distributions:
-    """Count a stream or a synthesised fight.
+    """Count a stream or a synthesised fight; MotionError for actions that overlap, or none of a player.
 
     Args:
         stream: two people.
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
-
-    Raises:
-        MotionError: actions that overlap, or none of a player.
     """
     table = np.asarray(table, dtype=np.int64)
     graph = couple(link_actions(table[:, 0], table[:, 1], table[:, 2], codes, table[:, 3]))
@@ -101,14 +92,7 @@ def distributions(stream: DuelStream, table: IntArray, codes: IntArray) -> Distr
 
 
 def pooled(parts: Sequence[Distributions]) -> Distributions:
-    """Counts of several fights together.
-
-    Args:
-        parts: at least one.
-
-    Raises:
-        SettingError: none given.
-    """
+    """Counts of several fights together; SettingError without any."""
     if not parts:
         raise SettingError("no fights to count together; valid: at least one")
 
@@ -122,14 +106,11 @@ def pooled(parts: Sequence[Distributions]) -> Distributions:
 
 
 def js_distance(first: Counts, second: Counts) -> float:
-    """Jensen-Shannon distance (square root of the divergence to base 2): 0 for equal, 1 for disjoint distributions.
+    """Jensen-Shannon distance (root of the divergence to base 2): 0 for equal, 1 for disjoint, NaN for empty counts.
 
     Args:
         first: counts of one.
         second: counts of the other.
-
-    Returns:
-        The distance; NaN where either is empty.
     """
     if not first.total or not second.total:
         return float("nan")
@@ -137,16 +118,15 @@ def js_distance(first: Counts, second: Counts) -> float:
     shares = np.zeros((2, len(keys)))
     for row, counts in zip(shares, (first, second)):
         row[np.searchsorted(keys, counts.keys)] = counts.numbers
-    # rounding may leave equal distributions a hair below zero
+    # rounding may leave equal distributions below zero
     return float(np.nan_to_num(jensenshannon(shares[0], shares[1], base=2)))
 
 
 def js_distances(fight: Distributions, recorded: Distributions) -> dict[str, float]:
     """Jensen-Shannon distances of a fight to a recorded stream, by `KINDS`.
 
-    A finite sample differs from the distribution that it was drawn from, most of all if there are many possible outcomes.
-    There are many pairs of labels, so the bigrams of one minute are far from any distribution. Compare only samples of
-    equal size, or with `js_floor`.
+    A finite sample differs from its distribution, most of all where there are many possible outcomes, such as pairs of
+    labels. Compare only samples of equal size, or with `js_floor`.
 
     Args:
         fight: of one fight, or `pooled` from several.
@@ -156,17 +136,14 @@ def js_distances(fight: Distributions, recorded: Distributions) -> dict[str, flo
 
 
 def js_floor(stream: DuelStream, table: IntArray, codes: IntArray, seconds: float | None = None) -> dict[str, float]:
-    """Distances that two samples of a recorded stream itself have: what a perfect imitation of this size would score.
+    """Distances by `KINDS` between two samples of a recorded stream: the score of a perfect imitation of this size.
 
     Args:
         stream: the recorded one.
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
-        seconds: length of a fight [s]: the mean over pieces of it as long as that, each against the rest of the
-            stream, at most 20 of them. None: its two halves against each other.
-
-    Returns:
-        By `KINDS`.
+        seconds: length of a fight [s]: mean over at most 20 pieces of this length, each against the rest of the stream.
+            None: its two halves against each other.
 
     Raises:
         SettingError: pieces longer than half of the stream.
@@ -197,7 +174,7 @@ def js_floor(stream: DuelStream, table: IntArray, codes: IntArray, seconds: floa
 
 
 def _span(stream: DuelStream, table: IntArray, codes: IntArray, first: int, after: int) -> Distributions | None:
-    """Counts of a part of a stream, with the actions that lie wholly in it; None where one player has none there."""
+    """Counts of a part of a stream with the actions wholly in it; None where one player has none there."""
     rows = (table[:, 1] >= first) & (table[:, 2] <= after)
     if after - first < 2 or len(np.unique(table[rows, 0])) < 2:
         return None

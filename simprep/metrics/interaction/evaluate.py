@@ -1,4 +1,4 @@
-"""A fight measured: as synthesised and, where it is simulated, as simulated; what `simprep fight` and scripts share."""
+"""A fight measured as synthesised and, if wished, as simulated; shared by `simprep fight` and scripts."""
 
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -22,17 +22,17 @@ SCHEMA = "simprep.fight/1"
 
 @dataclass(frozen=True)
 class FightResults:
-    """A fight with all that was found out about it.
+    """A fight and its measurements; without simulation the last five are None or empty.
 
     Attributes:
         fight: as synthesised.
         kinematic: its metrics.
         fps_kinematic: frames made per second of computing, both fighters at once; None where it was not timed.
-        tracked: what was simulated: the fight, its postures optimised where that was wished; None without simulation.
-        posture: what the optimisation changed in A and B; None without.
-        run: the simulation; None without.
+        tracked: what was simulated: the fight, with its postures optimised where that was wished.
+        posture: what the optimisation changed in A and B; None where it was not wished.
+        run: the simulation.
         contacts: between the fighters in it, judged.
-        simulated: its metrics; None without.
+        simulated: its metrics.
     """
 
     fight: Fight
@@ -47,8 +47,8 @@ class FightResults:
     def headline(self) -> dict[str, Any]:
         """The numbers of `simprep fight --json`; None where one does not exist.
 
-        Facing, answers and distances to the recorded stream are those of the fight as synthesised; hits are those of the simulation,
-        where there is one. Penetration of the poses is over the whole fight.
+        Facing, answers and distances to the recorded stream are those of the fight as synthesised. Hits are those of
+        the simulation, where there is one. Penetration of the poses is over the whole fight.
         """
         kinematic, run = self.kinematic, self.simulated
         simulated = None if run is None else run.simulated

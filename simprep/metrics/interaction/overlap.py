@@ -21,7 +21,7 @@ from simprep.scene import SceneSettings, build_scene
 GROUPS = ("trunk", "left arm", "right arm", "left leg", "right leg")
 """Parts of a body that count as one when contacts are counted."""
 GAP_S = 0.1
-"""Contacts of the same parts this near in time are one [s]."""
+"""Contacts of the same parts less than this apart are one [s]."""
 
 IntArray = NDArray[np.int64]
 FloatArray = NDArray[np.float64]
@@ -35,7 +35,7 @@ class Overlaps:
         frames: number of frames looked at.
         frame: (N,) rising.
         segments: (N, 2) of A and of B, indices into their characters' `segments`.
-        depth: (N,) of the deepest pair of geoms of these segments, above 0 [m].
+        depth: (N,) of the deepest pair of their geoms, above 0 [m].
     """
 
     frames: int
@@ -53,13 +53,7 @@ class Overlaps:
 
 @dataclass(frozen=True)
 class Hits:
-    """Contacts between fighters by what was meant.
-
-    Attributes:
-        intended: attacks that land on trunk, head or legs.
-        unintended: contacts that no attack meant.
-        blocked: attacks that land on nothing but arms.
-    """
+    """Attacks that land on trunk, head or legs, contacts that no attack meant, attacks that land on arms alone."""
 
     intended: int
     unintended: int
@@ -67,11 +61,7 @@ class Hits:
 
 
 def overlaps(stream: DuelStream) -> Overlaps:
-    """Find all overlaps of the geoms that collide in simulation (`simprep.physics.overlap`, by segment).
-
-    Args:
-        stream: two people.
-    """
+    """All overlaps of two people's geoms that collide in simulation (`simprep.physics.overlap`), by segment."""
     a, b = stream.players
     model = build_scene(SceneSettings((a.character, b.character)))
     bodies = scene_bodies(model, (a.character, b.character))
@@ -101,7 +91,7 @@ def overlaps(stream: DuelStream) -> Overlaps:
 
 
 def recorded_contacts(contacts: Sequence[BodyContact], stream: DuelStream) -> Overlaps:
-    """Contacts that a simulation recorded, on the frames of a fight. Each is on one frame at least, however short it is.
+    """Contacts that a simulation recorded, on the frames of a fight; a short contact is on one frame at least.
 
     Args:
         contacts: of the run.
@@ -120,18 +110,17 @@ def recorded_contacts(contacts: Sequence[BodyContact], stream: DuelStream) -> Ov
 def count_hits(found: Overlaps, stream: DuelStream, table: IntArray, codes: IntArray, grace_s: float = 0.0) -> Hits:
     """Hits, by attacks: of poses (`overlaps`), where nothing stops a limb, or of a simulation (`recorded_contacts`).
 
-    With which segments attacks strike is as in `simprep.duel.fight.hits`, which judges contacts one by one: hand and
-    forearm, foot and shank. An attack *lands* if between its first frame and that in which the attacker's next action
-    begins a striking segment touches the opponent: `intended` on trunk, head or legs, `blocked` on arms alone. An attack lands once; a double
-    strike is one or two attacks, as it was labelled. Contacts are counted by pairs of trunk, arms and legs, those less than
-    0.1 s apart as one; those no frame of which an attack meant are `unintended`.
+    Striking segments are those of `simprep.duel.fight.hits`: hand and forearm, foot and shank. An attack *lands*, once,
+    if one touches the opponent between its first frame and that in which the attacker's next action begins: `intended`
+    on trunk, head or legs, `blocked` on arms alone. Contacts are counted by pairs of trunk, arms and legs, and are one
+    if less than 0.1 s apart. Contacts without a frame that an attack meant are `unintended`.
 
     Args:
         found: what touches.
         stream: two people.
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
-        grace_s: an attack may land this much after its end [s]; `hits.GRACE_S` for simulated limbs, which come a little late.
+        grace_s: an attack may land this much after its end [s]; `hits.GRACE_S` for simulated limbs, which come late.
 
     Raises:
         MotionError: not the table of this stream.
@@ -165,7 +154,7 @@ def count_hits(found: Overlaps, stream: DuelStream, table: IntArray, codes: IntA
 
 
 def _groups(character: Character) -> IntArray:
-    """Which of `GROUPS` each segment belongs to (segments,)."""
+    """Index (segments,) into `GROUPS` of each segment."""
     limbs = {
         **dict.fromkeys(("upper_arm", "forearm", "hand"), "arm"),
         **dict.fromkeys(("thigh", "shank", "foot"), "leg"),

@@ -1,4 +1,4 @@
-"""Who attacks, and how much of it is answered: from the table of actions and their labels alone."""
+"""Who attacks, and how much of it is answered, by the table of actions and their labels alone."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -13,9 +13,9 @@ from simprep.metrics.balance import mean
 ANSWER_S = 0.5
 """Time from the beginning of an attack within which an answer must begin [s]."""
 SHIFTS = 40
-"""By how many shifts in time the level of chance is estimated."""
+"""Number of shifts in time that estimate the level of chance."""
 LEAST_SHIFT_S = 2.0
-"""A smaller shift might leave parts of the answers where they were [s]."""
+"""A smaller shift might leave answers where they were [s]."""
 
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
@@ -43,40 +43,23 @@ class Reactions:
 
 
 def attacking(codes: IntArray) -> BoolArray:
-    """Whether an action brings a fist or foot towards the opponent.
-
-    Args:
-        codes: (S,) label codes.
-
-    Returns:
-        (S,).
-    """
+    """Whether actions of label codes (S,) bring a fist or foot towards the opponent (S,)."""
     return np.asarray(np.stack([limb_attacks(codes, aspect) for aspect in ATTACKING_QUALIFIERS]).any(axis=0))
 
 
 def limb_attacks(codes: IntArray, aspect: str) -> BoolArray:
-    """Whether an action is an attack of one limb.
+    """Whether actions are attacks of one limb (S,).
 
     Args:
         codes: (S,) label codes.
         aspect: the limb's, one of `ATTACKING_QUALIFIERS`.
-
-    Returns:
-        (S,).
     """
     chosen = decode(codes)[..., LEARNED_ASPECTS.index(aspect)]
     return np.isin(chosen, [QUALIFIERS[aspect].index(name) for name in ATTACKING_QUALIFIERS[aspect]])
 
 
 def neutral(codes: IntArray) -> BoolArray:
-    """Whether an action is neither punch nor kick nor jump, nor the way back of one: a defence, a step, a guard.
-
-    Args:
-        codes: (S,) label codes.
-
-    Returns:
-        (S,).
-    """
+    """Whether actions of label codes (S,) are neither punch, kick nor jump, nor the way back of one (S,)."""
     nothing = [QUALIFIERS[aspect].index(OTHERS) for aspect in LEARNED_ASPECTS]
     return np.asarray((decode(codes)[..., : len(LEARNED_ASPECTS)] == nothing).all(axis=-1))
 
@@ -84,21 +67,16 @@ def neutral(codes: IntArray) -> BoolArray:
 def reactions(table: IntArray, codes: IntArray, bounds: NDArray[np.integer], fps: float) -> Reactions:
     """Attacks per minute, and the share that is answered by a fitting reaction within 0.5 s.
 
-    An *attack* is an action by whose label a fist or foot goes to the opponent, so one that repeats at once is two. It
-    is *answered* if the opponent begins a *fitting* action in one of the frames
+    An *attack* is an action whose label sends a fist or foot to the opponent; one that repeats at once is two. It is
+    *answered* if the opponent begins a *fitting* action in one of the frames start + 1 ... min(start + 0.5 s, end).
+    start is the attack's first frame, where both choose at once; in frame end the attacker's next action begins.
+    Fitting are neutral actions and attacks (`Truth.fitting` of the built-in examples), but not a limb on its way back,
+    a landing or a jump. One action may answer two attacks.
 
-        start + 1 ... min(start + 0.5 s, end),
-
-    with start the attack's first frame and end the frame in which the attacker's next action begins: what was under way
-    in the last frame before an action is what the action reacts to (the rule for `react`). The frame `start` itself is
-    no answer, since both then chose at once. Fitting are neutral actions and attacks (`Truth.fitting` of the built-in
-    examples), not a limb on its way back, a landing or a jump. One action may answer two attacks.
-
-    Limits: neutral footwork that merely happens to begin then counts too, which labels cannot tell from a block. So
-    random fighters score as well, and `chance_share` says how much: the share answered when the opponent's actions
-    are shifted in time around the clip, against the attacks that stay; mean of 40 even shifts of at least 2 s. It keeps
-    how often each fighter begins a fitting action, and only undoes who does what when. Whoever begins more actions has a
-    higher level of chance; what coupling adds is the difference.
+    Labels cannot tell a block from footwork that happens to begin then, so random fighters score as well.
+    `chance_share` says how much: the share answered when the opponent's actions are shifted in time around the clip,
+    mean of 40 even shifts of at least 2 s. Who begins more actions has a higher level of chance; coupling adds the
+    difference.
 
     Args:
         table: (S, 4) player, first frame, frame after the last, clip.
@@ -182,7 +160,7 @@ def _answers(start: IntArray, last: IntArray) -> Callable[[IntArray], tuple[Bool
 def _chance(
     start: IntArray, last: IntArray, begun: IntArray, first: int, after: int, fps: float
 ) -> NDArray[np.float64]:
-    """Share of the shifts at which each attack is answered; none where the clip is too short to shift."""
+    """Share of the shifts at which each attack is answered; empty where the clip is too short to shift."""
     length, least = after - first, round(LEAST_SHIFT_S * fps)
     if length < 3 * least:
         return np.empty(0)

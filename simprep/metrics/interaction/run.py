@@ -1,4 +1,4 @@
-"""Metrics of a simulated fight: the same numbers as of poses, with contacts, falls and the reference beside."""
+"""Metrics of a simulated fight: the same numbers as of poses, and contacts, falls and distances to the reference."""
 
 import math
 from collections import Counter
@@ -43,10 +43,10 @@ class RunMetrics:
         end: `done`, `fell` or `diverged`.
         end_s: simulated time [s].
         falls_per_min: of this run, which ends with its first fall [1/min].
-        simulated: of the simulated motions as far as they go; penetration at every step, hits from the recorded contacts, MPJPE
-            against the motions that were tracked. None for a run that diverged or ended within 0.5 s.
+        simulated: of the simulated motions as far as they go: penetration at every step, hits from the recorded
+            contacts, MPJPE against the tracked motions. None for a run that diverged or ended within 0.5 s.
         penetration_before: between the tracked motions over the same time.
-        foot_slip_ratio: slip of the simulated feet over that of the tracked motions' (`simprep.metrics.contact.slip_ratio`).
+        foot_slip_ratio: slip of the simulated over that of the tracked feet (`simprep.metrics.contact.slip_ratio`).
         contacts: number of recorded contacts by verdict, part by part (an attack that lands makes several).
         impulse_ns: of the contacts [N s]; None without any.
         assist_n: largest external force [N].
@@ -70,15 +70,12 @@ class RunMetrics:
 
 
 def run_metrics(run: Run, fight: Fight, recorded: Distributions | None = None) -> RunMetrics:
-    """Metrics of a simulated fight.
+    """Metrics of a simulated fight; SettingError for a run longer than the fight.
 
     Args:
         run: of both fighters (`simprep.physics.simulate.simulate`).
         fight: what was simulated; the run's time 0 is its first frame.
         recorded: what to compare labels, distances and facings with.
-
-    Raises:
-        SettingError: a run longer than the fight.
     """
     contacts = judge(run.contacts, fight)
     computed: dict[str, Any] = {
@@ -104,18 +101,11 @@ def run_metrics(run: Run, fight: Fight, recorded: Distributions | None = None) -
 
 
 def simulated_stream(run: Run, fight: Fight) -> tuple[DuelStream, DuelStream]:
-    """Simulated and tracked motions at a fight's frames, as far as the run goes.
+    """Simulated motions with measured contacts, and the tracked ones, at a fight's frames as far as the run goes.
 
     Args:
-        run: of the fight.
+        run: of the fight; SettingError if it is longer.
         fight: gives the frame rate, names and the contacts of the tracked feet.
-
-    Returns:
-        The simulated motions with measured contacts, and what they tracked (after optimisation, smoothing and whatever else was
-        done to it).
-
-    Raises:
-        SettingError: a run longer than the fight.
     """
     fps, dt = fight.stream.fps, run.timestep
     count = math.floor(run.end_s * fps + 1e-6) + 1

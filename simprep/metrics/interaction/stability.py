@@ -32,27 +32,18 @@ class Stability:
 
 
 def tilt(quat: FloatArray) -> FloatArray:
-    """Angle between a body's z axis and the vertical.
-
-    Args:
-        quat: (..., 4) wxyz.
-
-    Returns:
-        (...) 0 to pi [rad].
-    """
+    """Angle (...) between a body's z axis and the vertical, 0 to pi [rad], of orientations (..., 4) wxyz."""
     return np.asarray(np.arccos(np.clip(rotation_matrix(quat)[..., 2, 2], -1.0, 1.0)))
 
 
 def tilt_rate(quat: FloatArray, fps: float) -> FloatArray:
-    """Angular velocity about horizontal axes: its size, without the turning about the vertical.
+    """Size of the angular velocity about horizontal axes (n,), at 60 frames per second [rad/s].
+
+    It passes a Gaussian of 20 ms; the 80 ms at both ends that rest on extrapolation are left out.
 
     Args:
         quat: (T, 4) orientations of a body, wxyz.
         fps: frames per second [1/s].
-
-    Returns:
-        (n,) at 60 frames per second, after a Gaussian of 20 ms, without the 80 ms at both ends that rest on
-        extrapolation [rad/s].
     """
     flips = np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0)
     joined = quat * np.concatenate([[1.0], np.cumprod(flips)])[:, None]  # q and -q are one rotation
@@ -68,8 +59,7 @@ def stability(
 ) -> Stability:
     """Steadiness of both fighters.
 
-    Captures staggering and leaning; hides what it is good for: kicks and dodges tilt a trunk too, so compare it with
-    the examples'.
+    Captures staggering and leaning. Kicks and dodges tilt a trunk on purpose, so compare it with the examples'.
 
     Args:
         quats: (T, segments, 4) orientations of each fighter's segments.

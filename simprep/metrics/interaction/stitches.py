@@ -1,4 +1,4 @@
-"""How smoothly one action goes over into the next: accelerations of the root around the beginnings of actions."""
+"""How smoothly one action goes over into the next: accelerations around the beginnings of actions."""
 
 from dataclasses import dataclass
 
@@ -39,18 +39,16 @@ def stitches(
     rows: NDArray[np.bool_] | None = None,
     sigma: float = DYNAMICS_SIGMA_S,
 ) -> Stitches:
-    """Peaks around the beginnings of actions, of both players.
+    """Peaks around the beginnings of actions of both players; none less than the window from the end of a clip.
 
-    Motions pass a Gaussian (`simprep.metrics.smoothing`), by default the 20 ms with which whole-body accelerations are
-    measured, so that frame rates do not matter. It passes half of a pop's amplitude at 9 Hz and spreads a step of
-    velocity v to a peak of 20 v per second: shorter jolts are smaller here than they were. Beginnings closer to the end of a
-    clip than the window are left out.
+    Motions pass a Gaussian (`simprep.metrics.smoothing`), so frame rates do not matter. With 20 ms it passes half of an
+    amplitude at 9 Hz and turns a step of velocity v into a peak of 20 v per second: shorter jolts measure smaller.
 
     Args:
         stream: two people.
         table: (S, 4) player, first frame, frame after the last, clip.
-        rows: (S,) which actions' beginnings to look at; None for all. Of a synthesised fight leave out those in which an
-            example action follows its own predecessor: there is no stitch.
+        rows: (S,) which actions' beginnings to look at; None for all. Of a synthesised fight leave out examples that
+            follow their own predecessor: there is no stitch.
         sigma: standard deviation of the Gaussian [s].
     """
     table = np.asarray(table, dtype=np.int64)
@@ -81,14 +79,13 @@ def stitches(
 
 
 def compare_stitches(fight: Stitches, recorded: Stitches) -> dict[str, float]:
-    """Stitches of a fight over those of a recorded stream at its own beginnings of actions.
+    """Stitches of a fight over those of a recorded stream, at the beginnings of its own actions.
+
+    By name `linear_median_ratio`, `linear_p95_ratio`, the same of `angular` and `hinge`; NaN where either has none.
 
     Args:
         fight: of a fight, or several together.
         recorded: of the recorded stream.
-
-    Returns:
-        `linear_median_ratio`, `linear_p95_ratio`, the same of `angular` and `hinge`; NaN where either has none.
     """
     out = {}
     for name in ("linear", "angular", "hinge"):

@@ -1,7 +1,4 @@
-"""How two people fight: one set of numbers for recorded streams, synthesised and simulated fights.
-
-Each part says what it counts: `reactions`, `overlap`, `stability`, `distributions`, `stitches`.
-"""
+"""How two people fight: one set of numbers for recorded streams, synthesised and simulated fights."""
 
 import math
 from collections.abc import Sequence
@@ -52,14 +49,7 @@ class Depths:
 
 @dataclass(frozen=True)
 class Percentiles:
-    """Spread of a quantity over frames, in its own unit.
-
-    Attributes:
-        p5: 5th percentile.
-        median: 50th.
-        p90: 90th.
-        p95: 95th.
-    """
+    """Spread of a quantity over frames: 5th, 50th, 90th and 95th percentile, in its own unit."""
 
     p5: float
     median: float
@@ -69,18 +59,18 @@ class Percentiles:
 
 @dataclass(frozen=True)
 class Feet:
-    """Slip of standing feet, both fighters: path length (`simprep.metrics.contact.foot_slip`) and net way (`stance_drift`).
+    """Slip of both fighters' standing feet: path length and drift (`foot_slip`, `stance_drift`).
 
-    Measurement noise in the joints adds to the path length without any bound; of noisy motions read the drift.
+    Measurement noise adds to the path length; of noisy motions read the drift.
 
     Attributes:
-        mm_per_stance: mean [mm].
+        mm_per_stance: mean path length of a stance [mm].
         p95_mm: 95th percentile of the stances [mm].
         max_mm: worst stance [mm].
         skating_share: share of the stances that slip more than 10 mm.
         stances: how many.
         m_s: slip of both feet per second of a fight, both fighters together [m/s].
-        drift_mm: mean net way of a stance [mm].
+        drift_mm: mean drift of a stance [mm].
         drift_p95_mm: 95th percentile of the stances [mm].
         drift_max_mm: worst stance [mm].
     """
@@ -105,16 +95,16 @@ class InteractionMetrics:
         penetration: between the fighters' colliding geoms.
         ground_penetration: of the deeper fighter into the floor.
         feet: slip.
-        facing_error_deg: size of the angle from the pelvis' heading to the other's root, both fighters [deg]. A bladed stance
-            turns the pelvis away on purpose.
+        facing_error_deg: size of the angle from the pelvis' heading to the other's root, both fighters [deg]. A bladed
+            stance turns the pelvis away on purpose.
         head_facing_error_deg: the same of the head: who looks at whom.
         distance_m: of the roots, horizontal [m].
         reactions: attacks per minute and how many are answered.
-        hits: attacks that land, by poses alone.
+        hits: attacks that land.
         stability: tilt of pelvis and trunk.
         g_mpjpe_mm: mean distance of the segments from a reference [mm]; NaN without one.
         mpjpe_mm: the same after subtracting each root's position [mm].
-        js: Jensen-Shannon distances to a recorded stream (`simprep.metrics.interaction.distributions.KINDS`); empty without one.
+        js: `simprep.metrics.interaction.distributions.js_distances` to a recorded stream; empty without one.
     """
 
     duration_s: float
@@ -149,7 +139,7 @@ def interaction_metrics(
         stream: both motions; of a simulated fight the simulated ones, with the contacts measured.
         table: (S, 4) player, first frame, frame after the last, clip, as of `Cuts.table` or `Fight.table`.
         codes: (S,) label codes of the actions.
-        recorded: what to compare labels, distances and facings with (`simprep.metrics.interaction.distributions.distributions`).
+        recorded: what to compare labels, distances and facings with (`distributions`).
         reference: what the stream should have been, frame by frame (it may go on longer): for MPJPE.
 
     Raises:
@@ -186,21 +176,18 @@ def interaction_metrics(
 
 
 def falls_per_minute(ends: Sequence[tuple[str, float]]) -> float:
-    """Falls per simulated minute of several bouts, of which each ends with its first fall.
+    """Falls per simulated minute of several bouts that each end with their first fall [1/min]; NaN without time.
 
     Args:
         ends: (end, end_s) of each bout: `done`, `fell` or `diverged`, and its simulated time [s]. A bout that diverged
             adds its time and no fall; report it beside.
-
-    Returns:
-        [1/min]; NaN if nothing was simulated.
     """
     seconds = sum(end_s for _, end_s in ends)
     return 60 * sum(end == FELL for end, _ in ends) / seconds if seconds > 0 else math.nan
 
 
 def depths(depth: FloatArray) -> Depths:
-    """Summary of a depth (T,) over time [m], 0 where there is no overlap; NaN without any frame."""
+    """Summary of a depth (T,) over time [m], 0 where there is no overlap; NaN without frames."""
     if not len(depth):
         return Depths(*[math.nan] * 4)
     inside = depth[depth > 0]
@@ -270,7 +257,7 @@ def _errors(stream: DuelStream, reference: DuelStream | None, simulated: Sequenc
 
 
 def plain(value: Any) -> Any:
-    """A value for JSON: None for numbers that are not finite, lists for tuples, inside dictionaries too."""
+    """A value for JSON, inside dictionaries too: None for numbers that are not finite, lists for tuples."""
     if isinstance(value, dict):
         return {key: plain(one) for key, one in value.items()}
     if isinstance(value, tuple | list):

@@ -1,4 +1,4 @@
-"""Plots of two-person streams. Needs matplotlib (extra `report`)."""
+"""Plots of two-person streams; MissingExtraError without matplotlib (extra `report`)."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -30,12 +30,8 @@ def plot_cuts(
         first: first frame shown.
         after: frame after the last one shown; None: 12 s later.
 
-    Returns:
-        The path written.
-
     Raises:
         SettingError: no frames to show.
-        MissingExtraError: matplotlib is not installed.
     """
     from simprep.motion.kinematics import forward_kinematics
 
@@ -73,17 +69,11 @@ def plot_cuts(
 
 
 def plot_components(curve: Sequence[Mapping[str, float]], path: str | Path) -> Path:
-    """Log density against the number of principal components (Fig. 11 of the 2008 paper), and its gain over one Gaussian.
+    """Log density by number of principal components (Fig. 11 of the 2008 paper), and its gain over one Gaussian.
 
     Args:
         curve: from `simprep.duel.model.evaluation.components_curve`.
         path: the PNG file.
-
-    Returns:
-        The path written.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(9.0, 3.6)
     numbers = [one["components"] for one in curve]

@@ -19,16 +19,13 @@ TINTS = ((0.36, 0.52, 0.72, 1.0), (0.78, 0.45, 0.36, 1.0))
 def pair_strip(
     stream: DuelStream, frames: Sequence[int], captions: Sequence[str] = (), settings: StripSettings | None = None
 ) -> NDArray[np.uint8]:
-    """Draw both people at some frames. The camera looks at them from the side.
+    """Draw both people at some frames, seen from the side, as RGB picture (height, width, 3).
 
     Args:
         stream: two people.
         frames: which to draw.
         captions: one for each frame, printed below its time; none for no captions.
         settings: size of a picture, pictures per row, camera.
-
-    Returns:
-        (height, width, 3) RGB picture.
 
     Raises:
         NoGlError: nothing can draw off screen here.
@@ -64,18 +61,7 @@ def save_pair_strip(
     captions: Sequence[str] = (),
     settings: StripSettings | None = None,
 ) -> Path:
-    """Draw a strip (`pair_strip`) and write it as PNG with a palette of 256 colours, atomically.
-
-    Args:
-        stream: two people.
-        frames: which to draw.
-        path: the PNG file.
-        captions: one for each frame, or none.
-        settings: size, pictures per row, camera.
-
-    Returns:
-        The path written.
-    """
+    """Draw a strip (`pair_strip`) and write it as PNG with a palette of 256 colours, atomically."""
     return save_picture(pair_strip(stream, frames, captions, settings), path)
 
 

@@ -13,11 +13,11 @@ COLOUR_OF: Mapping[str, str] = MappingProxyType(
 )  # fmt: skip
 """Kinds of action and their colours; limbs on their way back have the same, paler."""
 PALE = 0.45
-"""Opacity of what is no attack."""
+"""Opacity of actions that are no attacks."""
 
 
 def kind_of(label: Label) -> str:
-    """The kind, of `COLOUR_OF`, that an action is drawn as: of two limbs the one that attacks, kicks before punches."""
+    """The kind in `COLOUR_OF` that an action is drawn as: of two limbs the one that attacks, kicks before punches."""
     moved = [aspect for aspect in (*KICKS, *PUNCHES) if getattr(label, aspect) != OTHERS]
     if not moved:
         return "neutral" if label.jump == OTHERS else "jump"
@@ -26,7 +26,7 @@ def kind_of(label: Label) -> str:
 
 
 def short_text(label: Label) -> str:
-    """What an action is in a few letters: `LP fwd` (left punch), `RK up` (right kick), `J up` (jump); neutral: empty."""
+    """An action in a few letters: `LP fwd` (left punch), `RK up` (right kick), `J up` (jump); neutral: empty."""
     words = []
     for aspect in (*PUNCHES, *KICKS):
         qualifier = getattr(label, aspect)

@@ -1,4 +1,4 @@
-"""The coupled motion transition graph as a picture: G1 and G2 as columns of labels, cross edges between (2008 paper, section 3.3)."""
+"""The coupled motion transition graph as a picture: G1 and G2 as columns of labels (2008 paper, section 3.3)."""
 
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,10 @@ FloatArray = NDArray[np.float64]
 
 
 def plot_structures(graph: CoupledGraph, path: str | Path, nodes: int = 24, edges: int = 60, crosses: int = 24) -> Path:
-    """Draw G1, G2 and the cross edges of a coupled graph.
+    """Draw G1, G2 and the cross edges of a coupled graph; MissingExtraError without matplotlib.
 
-    Every graph is complete; drawn are the labels with most actions, ordered by kind, and between these the edges that the
-    stream walks most often.
+    Every graph is complete; drawn are the labels with most actions, by kind, and the edges that the stream walks most
+    often.
 
     Args:
         graph: what to draw.
@@ -31,12 +31,6 @@ def plot_structures(graph: CoupledGraph, path: str | Path, nodes: int = 24, edge
         nodes: most labels of each player.
         edges: most edges of each of G1 and G2.
         crosses: most cross edges towards each player.
-
-    Returns:
-        The path written.
-
-    Raises:
-        MissingExtraError: matplotlib is not installed.
     """
     figure = new_figure(13.0, 2.2 + 0.33 * min(nodes, max(len(one) for one in graph.graphs)))
     axes = figure.add_subplot()
@@ -74,7 +68,7 @@ def _order(code: int) -> tuple[int, str]:
 def _draw_edges(
     axes: Any, counts: NDArray[np.int64], source: FloatArray, target: FloatArray, most: int, colour: str
 ) -> None:
-    """The most frequent edges: within a column as arcs on its outer side, between columns straight."""
+    """The most frequent edges: arcs within a column, straight between columns."""
     order = np.argsort(-counts, axis=None, kind="stable")[:most]
     strongest = max(1, int(counts.max(initial=0)))
     for flat in order[::-1]:

@@ -15,13 +15,7 @@ def markdown_table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> str:
 
 
 def synthetic_markdown(summary: Mapping[str, Any], name: str, command: str) -> str:
-    """What a synthetic stream holds.
-
-    Args:
-        summary: from `simprep.duel.synthetic.summary`.
-        name: of the stream.
-        command: that made it.
-    """
+    """What a synthetic stream holds, from `simprep.duel.synthetic.summary`, its name and the command that made it."""
     rates, distance, reaction = (summary[key] for key in ("attacks_per_min", "strike_distance_m", "reaction_s"))
     parts = [
         f"# {name}",
@@ -47,12 +41,7 @@ def synthetic_markdown(summary: Mapping[str, Any], name: str, command: str) -> s
 
 
 def analysis_markdown(tables: Mapping[str, Any], command: str) -> str:
-    """All tables of an analysis.
-
-    Args:
-        tables: from `simprep.duel.analysis`.
-        command: that made them.
-    """
+    """All tables of an analysis (`simprep.duel.analysis`), with the command that made them."""
     parts = [
         f"# Analysis of {tables['stream']}",
         f"Made by `{command}`." + (f" The stream is {tables['source']}." if tables.get("source") else ""),

@@ -22,15 +22,13 @@ CONTACTS = (
 
 
 def save_fight(results: FightResults, folder: str | Path) -> list[Path]:
-    """Write motions, actions and, of a simulation, the run, simulated motions and contacts.
+    """Write `fight.npz` and `actions.csv`; of a simulation `tracked.npz`, `run.npz`, `contacts.csv`, `simulated.npz`.
+
+    A simulation without a second frame has no `simulated.npz`.
 
     Args:
         results: what to write.
         folder: is made where missing.
-
-    Returns:
-        `fight.npz` and `actions.csv`; with physics `tracked.npz`, `run.npz`, `contacts.csv`, and `simulated.npz` where the run
-        has a second frame.
     """
     folder = Path(folder)
     files = [
@@ -48,12 +46,7 @@ def save_fight(results: FightResults, folder: str | Path) -> list[Path]:
 
 
 def save_actions(fight: Fight, path: str | Path) -> Path:
-    """Write the actions of a fight as CSV, a line each.
-
-    Args:
-        fight: whose.
-        path: the file.
-    """
+    """Write the actions of a fight as CSV, a line each."""
     fps = fight.stream.fps
     rows = []
     for one in fight.actions:

@@ -1,4 +1,4 @@
-"""Which moments of a fight to show in a film strip: those at which a fist or foot is out."""
+"""Which frames of a fight a film strip shows: those at which a fist or foot is out."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -13,18 +13,14 @@ from simprep.report.duel.label_text import short_text
 
 
 def strip_frames(fight: Fight, count: int) -> tuple[int, ...]:
-    """Frames for `simprep.report.duel.film_strip`, spread over the fight.
+    """`count` rising frames spread over a fight, or all frames of a shorter one.
 
-    The fight is divided into equal parts; of each part the attack nearest to its middle is shown where its limb is out
-    farthest: at the end of an attack, or in the middle of one that is out and back. A part without attacks shows
-    its middle.
+    The fight is divided into equal parts. Each shows the attack nearest to its middle, where the limb is out farthest:
+    at the end of the attack, or in the middle of one that is out and back. A part without attacks shows its middle.
 
     Args:
         fight: what to show.
         count: number of pictures.
-
-    Returns:
-        `count` rising frames, or all frames of a shorter fight.
 
     Raises:
         SettingError: no pictures wanted.
@@ -49,12 +45,7 @@ def strip_frames(fight: Fight, count: int) -> tuple[int, ...]:
 
 
 def strip_captions(fight: Fight, frames: Sequence[int]) -> tuple[str, ...]:
-    """What both fighters do in some frames: `A: RK up, B: neutral`.
-
-    Args:
-        fight: what is shown.
-        frames: of the pictures.
-    """
+    """What both fighters do in some frames: `A: RK up, B: neutral`."""
     out = []
     for frame in frames:
         # a limb is out farthest in the frame in which the next action begins: that of its attack is meant

@@ -28,9 +28,6 @@ def draw_fight(
         folder: to write to.
         pictures: in the strip.
         warn: called with a sentence where something cannot be drawn here.
-
-    Returns:
-        The files written.
     """
 
     folder, files = Path(folder), []

@@ -1,4 +1,4 @@
-"""The time line of a fight: who does what when, how far apart, where they touch and fall. Needs matplotlib (extra `report`)."""
+"""The time line of a fight: who does what when, root distance, contacts, falls. Needs matplotlib (extra `report`)."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -17,7 +17,7 @@ from simprep.report.figures import COLOURS, new_figure, save_figure
 
 INTENDED, UNINTENDED, REQUESTED = "#c2452d", "#5b616b", "#7a4fa3"
 LETTER_S = 0.055
-"""Width of a letter, about, on the axis of a row of 15 s [s]."""
+"""Width of a letter, about, in a row of 15 s [s]."""
 LONGEST_S = 300.0
 
 
@@ -28,7 +28,7 @@ def fight_timeline(
     falls: Sequence[tuple[float, int]] = (),
     row_s: float = 15.0,
 ) -> Path:
-    """Draw a fight: bars of the actions of A and B, and below them root distance, contacts and falls, row by row.
+    """Draw a fight row by row: the actions of A and B as bars, and below them root distance, contacts and falls.
 
     Args:
         fight: what to draw; readable up to about a minute.
@@ -36,9 +36,6 @@ def fight_timeline(
         contacts: between the fighters; larger marks for larger impulses.
         falls: (time [s], player) of each; what comes after the first is shaded.
         row_s: length of a row [s]; a fight that fits into one fills it.
-
-    Returns:
-        The path written.
 
     Raises:
         SettingError: a fight of more than 5 minutes, or rows that are too short.
@@ -121,7 +118,6 @@ def _draw_contacts(
     level = 0.3 * axes.get_ylim()[1]
     for contact in contacts:
         if span[0] <= contact.start_s < span[1]:
-            # area of the mark goes with the impulse
             axes.scatter(
                 contact.start_s, level, s=_size(contact.impulse_ns), color=INTENDED if contact.intended else UNINTENDED,
                 alpha=0.75, lw=0.5, edgecolor="white", zorder=4,
