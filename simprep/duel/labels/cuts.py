@@ -1,4 +1,4 @@
-"""Cuts as a small text file that a person can edit: one cut a line, with its time and doubts as comments."""
+"""Cuts as a text file that a person can edit: one cut a line, with its time and doubts as comments."""
 
 from pathlib import Path
 
@@ -13,15 +13,12 @@ SCHEMA = "simprep.cuts/1"
 
 
 def save_cuts(segmentation: Segmentation | Cuts, stream: DuelStream, path: str | Path) -> Path:
-    """Write cuts as text, atomically.
+    """Write cuts as text, atomically, and return the path.
 
     Args:
         segmentation: cuts, with doubts or without.
-        stream: what they cut; its name, length and rate go into the file as a check.
+        stream: what they cut; its name, length and rate go into the file as comments.
         path: the file.
-
-    Returns:
-        The path written.
 
     Raises:
         MotionFileError: it cannot be written.
