@@ -1,7 +1,7 @@
 """Labels of single actions as a CSV that a person fills in.
 
-Columns: segment (A0, A1, ..., B0, ...), clip, player, start, end (frames), then one per aspect. Player, start and end tell
-the action; the segment number is checked against them, since it shifts when cuts are edited.
+Columns: segment (A0, A1, ..., B0, ...), clip, player, start, end (frames), then one per aspect. Player, start and end
+tell the action; the segment number is checked against them, since it shifts when cuts are edited.
 """
 
 import csv

@@ -49,8 +49,8 @@ class LabelSettings:
 
 DEFAULT_SETTINGS = LabelSettings()
 WIDTH = 0.1
-"""Default gamma times the number of features. The poses of an action depend on each other, so a kernel wider than 1 / features
-generalises better.
+"""Default gamma times the number of features. The poses of an action depend on each other, so a kernel wider than 1 /
+features generalises better.
 """
 _SWAP = {"left": "right", "right": "left"}
 
@@ -83,8 +83,8 @@ class LabelClassifier:
             features: (S, F) as from `motion_features`.
 
         Returns:
-            Qualifier indices (S, 5), and margins (S, 5): lead of the best qualifier over the second best; infinite where
-            only one qualifier is known.
+            Qualifier indices (S, 5), and margins (S, 5): lead of the best qualifier over the second best; infinite
+            where only one qualifier is known.
         """
         chosen = np.zeros((len(features), len(LEARNED_ASPECTS)), dtype=np.int64)
         margins = np.full(chosen.shape, np.inf)

@@ -1,8 +1,9 @@
 """The features of an action that classifiers learn from: ten poses sampled evenly over it.
 
-Source: the 2008 paper, section 3.2.1. A sampled pose is (p0, q0, p1 ... pm). p0 and q0 are the horizontal translation and
-the turn about the vertical of the root since the previous sample (0 for the first). p1 ... pm are the joint positions in
-a frame on the floor below the root that turns with its heading, so that heights, and thereby jumps, remain visible.
+Source: the 2008 paper, section 3.2.1. A sampled pose is (p0, q0, p1 ... pm). p0 and q0 are the horizontal translation
+and the turn about the vertical of the root since the previous sample (0 for the first). p1 ... pm are the joint
+positions in a frame on the floor below the root that turns with its heading, so that heights, and thereby jumps, remain
+visible.
 """
 
 import numpy as np
@@ -40,8 +41,8 @@ def pose_features(
 ) -> FloatArray:
     """Features (S, samples * (3 + 3 J)) of actions from joint positions.
 
-    For each sample: the root's step forward and left since the previous sample, in the heading of that one [m], its turn
-    [rad], and the joints in the root's heading frame on the floor [m].
+    For each sample: the root's step forward and left since the previous sample, in the heading of that one [m], its
+    turn [rad], and the joints in the root's heading frame on the floor [m].
 
     Args:
         joints: (T, J, 3) joint positions in the world, z up [m].

@@ -85,7 +85,8 @@ def stance_symbols(contacts: NDArray[np.bool_], bounds: IntArray) -> IntArray:
 def move_rule(table: IntArray, contacts: tuple[NDArray[np.bool_], NDArray[np.bool_]], bounds: IntArray) -> IntArray:
     """Index (S,) into `QUALIFIERS["move"]` of each action: its first and last supporting foot.
 
-    The last is taken in the frame in which the next action begins, so an action begins on the foot the one before ended on.
+    The last is taken in the frame in which the next action begins, so an action begins on the foot the one before ended
+    on.
 
     Args:
         table: (S, 4) player, first frame, frame at which the next begins, clip.

@@ -1,8 +1,8 @@
 """Cutting each player's stream into actions at the local minima of the contact force.
 
-Source: the 2008 paper, section 3.1. The contact force is f = m c'' - m g with c the centre of mass. Every local minimum is a
-cut, so each action holds one force peak, at which the player pushes off. Small minima around slow kicks give false cuts,
-which a person removes (`simprep.duel.labels.cuts`).
+Source: the 2008 paper, section 3.1. The contact force is f = m c'' - m g with c the centre of mass. Every local minimum
+is a cut, so each action holds one force peak, at which the player pushes off. Small minima around slow kicks give false
+cuts, which a person removes (`simprep.duel.labels.cuts`).
 """
 
 from dataclasses import dataclass
@@ -29,8 +29,8 @@ class SegmentationSettings:
 
     Attributes:
         smoothing_s: standard deviation of the Gaussian that smooths c before it is differenced [s]. 0.065 s halves what
-            repeats 2.9 times a second, the rate of the shortest actions (punches of 0.35 s). Smaller values cut at noise,
-            above all at 30 frames per second; larger ones lose fast punches.
+            repeats 2.9 times a second, the rate of the shortest actions (punches of 0.35 s). Smaller values cut at
+            noise, above all at 30 frames per second; larger ones lose fast punches.
         prominence: how far the force must rise on both sides of a minimum, in body weights.
         shortest_s: least distance of cuts from each other and from the ends of a clip; the lowest stays [s].
         flight: below this force the person flies, which is one flat minimum, cut in its middle [body weights].

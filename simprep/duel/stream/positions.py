@@ -1,8 +1,8 @@
 """People recorded as joint positions alone (depth cameras, pose estimators): gaps filled, noise filtered, made clips.
 
-The file is an .npz with `positions` (T, J, 3) or (T, 2, J, 3), `joint_names` (J) and `fps`. The joints must name both legs
-(hip, knee, ankle or foot) and both arms (shoulder, elbow, wrist or hand); neck, head, trunk and toes are used where given.
-What positions cannot tell (twists, how a hand is turned) stays neutral.
+The file is an .npz with `positions` (T, J, 3) or (T, 2, J, 3), `joint_names` (J) and `fps`. The joints must name both
+legs (hip, knee, ankle or foot) and both arms (shoulder, elbow, wrist or hand); neck, head, trunk and toes are used
+where given. What positions cannot tell (twists, how a hand is turned) stays neutral.
 """
 
 from collections.abc import Mapping
@@ -34,10 +34,10 @@ class PositionSettings:
 
     Attributes:
         longest_gap_s: shorter gaps of a joint are interpolated, a longer one is an error [s].
-        cutoff_hz: low-pass of the positions (Butterworth, order 4, no delay); 0 for none. Joints of fast kicks move little
-            above 6 Hz, a depth camera's jitter mostly does [1/s].
-        lowest_fps: slower recordings are interpolated to a whole multiple of their rate, since feet and accelerations are
-            judged frame by frame [1/s].
+        cutoff_hz: low-pass of the positions (Butterworth, order 4, no delay); 0 for none. Joints of fast kicks move
+            little above 6 Hz, a depth camera's jitter mostly does [1/s].
+        lowest_fps: slower recordings are interpolated to a whole multiple of their rate, since feet and accelerations
+            are judged frame by frame [1/s].
     """
 
     longest_gap_s: float = 0.25
@@ -118,7 +118,8 @@ def position_clip(
     joint_map: Mapping[str, str] | None = None,
     settings: PositionSettings = DEFAULT_SETTINGS,
 ) -> SourceClip:
-    """One person's clip for `retarget_clip`, in file units and axes: joints named by our parts, orientations from positions.
+    """One person's clip for `retarget_clip`, in file units and axes: joints named by our parts, orientations from
+    positions.
 
     The clip's notes say what was interpolated, filtered and estimated.
 
