@@ -11,9 +11,9 @@ from simprep.motion.turns import turned
 
 
 def pair_tracks(stream: DuelStream, kinematics: tuple[Kinematics, Kinematics] | None = None) -> PairTracks:
-    """Tracks of a stream. Joint positions are relative to the root joint, in axes that turn with the heading only.
+    """Tracks of a stream, with joint positions relative to the root joint, in axes that turn with the heading only.
 
-    The lean of the pelvis thus stays visible in them, as in the features that classifiers learn from.
+    So the lean of the pelvis stays visible in them, as in the features that classifiers learn from.
 
     Args:
         stream: two people.
