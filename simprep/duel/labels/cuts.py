@@ -13,12 +13,8 @@ SCHEMA = "simprep.cuts/1"
 
 
 def save_cuts(segmentation: Segmentation | Cuts, stream: DuelStream, path: str | Path) -> Path:
-    """Write cuts as text, atomically, and return the path.
-
-    Args:
-        segmentation: cuts, with doubts or without.
-        stream: what they cut; its name, length and rate go into the file as comments.
-        path: the file.
+    """Write cuts, with doubts or without, as text, atomically, and return the path; the stream is described in
+    comments.
 
     Raises:
         MotionFileError: it cannot be written.
@@ -47,11 +43,7 @@ def save_cuts(segmentation: Segmentation | Cuts, stream: DuelStream, path: str |
 
 
 def read_cuts(path: str | Path, stream: DuelStream) -> Cuts:
-    """Read cuts that a person may have edited.
-
-    Args:
-        path: the text file, or a folder with one.
-        stream: what they cut.
+    """Read cuts of a stream that a person may have edited, from the text file or a folder with one.
 
     Raises:
         MotionFileError: missing, or a line that is no cut of this stream; the message names the line.

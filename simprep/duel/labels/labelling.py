@@ -77,10 +77,7 @@ class LabelClassifier:
     warnings: tuple[str, ...] = ()
 
     def predict(self, features: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Label actions.
-
-        Args:
-            features: (S, F) as from `motion_features`.
+        """Label actions with features (S, F) as from `motion_features`.
 
         Returns:
             Qualifier indices (S, 5), and margins (S, 5): lead of the best qualifier over the second best; infinite
@@ -109,12 +106,7 @@ def decide(machine: Any, features: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 def new_machine(settings: LabelSettings, features: int) -> Any:
-    """An untrained classifier: standardised features, Gaussian-kernel SVC, one against one, no randomness.
-
-    Args:
-        settings: penalty, width, weights.
-        features: their number.
-    """
+    """An untrained classifier for so many features: standardised, Gaussian-kernel SVC, one against one, no randomness."""
     from sklearn.pipeline import make_pipeline
     from sklearn.preprocessing import StandardScaler
     from sklearn.svm import SVC
@@ -169,12 +161,7 @@ def train_labels(
 
 
 def mirror_features(features: FloatArray, character: Character) -> FloatArray:
-    """Features of the mirror image: left and right exchanged.
-
-    Args:
-        features: (S, N * (3 + 3 J)) as from `motion_features`.
-        character: with J segments, whose actions they are.
-    """
+    """Features (S, N * (3 + 3 J)) of the mirror image, left and right exchanged, of a character with J segments."""
     swap = character.mirror_segments
     poses = features.reshape(len(features), -1, 3 + 3 * len(swap))
     root = poses[..., :3] * [1.0, -1.0, -1.0]
@@ -196,12 +183,9 @@ def stream_features(cuts: Cuts, kinematics: tuple[Kinematics, Kinematics], sampl
 
 
 def label_codes(stream: DuelStream, cuts: Cuts, qualifiers: IntArray) -> IntArray:
-    """Complete labels (S,) as codes: the learned aspects, with `react` and `move` by rule.
+    """Complete labels (S,) as codes, in the order of `Cuts.table`: `react` and `move` by rule.
 
-    Args:
-        stream: for its foot contacts.
-        cuts: its actions, numbered as in `Cuts.table`.
-        qualifiers: (S, 5) indices of the learned aspects.
+    `qualifiers` (S, 5) are indices of the learned aspects; the stream gives foot contacts.
     """
     table = cuts.table()
     react = react_rule(table, qualifiers)
@@ -248,7 +232,7 @@ class LabelResult:
     """All actions of a stream, labelled.
 
     Attributes:
-        table: (S, 4) player, first frame, frame at which the next begins, clip.
+        table: (S, 4) as from `Cuts.table`.
         codes: (S,) label codes.
         margins: (S, 5) lead of the chosen qualifier; infinite for annotated actions.
         warnings: what was missing in the annotations.
@@ -270,13 +254,8 @@ def label_stream(
 ) -> LabelResult:
     """Label every action of a stream from some annotated ones, which keep their labels.
 
-    Args:
-        stream: two people.
-        cuts: its actions.
-        rows: (N,) annotated rows of `cuts.table()`.
-        qualifiers: (N, 5) their qualifier indices.
-        settings: of the machines.
-        features: (S, F) of all actions, where already computed.
+    These are rows (N,) of `cuts.table()` with qualifier indices (N, 5). `features` (S, F) are of all actions, where
+    already computed.
     """
     if features is None:
         features = stream_features(cuts, stream_kinematics(stream))

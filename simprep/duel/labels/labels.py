@@ -149,10 +149,7 @@ def check_qualifier(aspect: str, qualifier: str) -> None:
 
 
 def encode(indices: ArrayLike) -> IntArray:
-    """Label codes (...) of qualifier indices.
-
-    Args:
-        indices: (..., 7) integers, one index per aspect.
+    """Label codes (...) of qualifier indices (..., 7), one per aspect.
 
     Raises:
         SettingError: an index is out of range.
@@ -164,10 +161,7 @@ def encode(indices: ArrayLike) -> IntArray:
 
 
 def decode(codes: ArrayLike) -> IntArray:
-    """Qualifier indices (..., 7), one per aspect, of label codes.
-
-    Args:
-        codes: (...) integers.
+    """Qualifier indices (..., 7), one per aspect, of label codes (...).
 
     Raises:
         SettingError: a code is out of range.

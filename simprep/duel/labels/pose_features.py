@@ -22,13 +22,7 @@ FloatArray = NDArray[np.float64]
 
 
 def motion_features(kinematics: Kinematics, segments: NDArray[np.int64], samples: int = SAMPLES) -> FloatArray:
-    """Features (S, samples * (3 + 3 J)) of one player's actions, J segments each; see `pose_features`.
-
-    Args:
-        kinematics: of the whole stream.
-        segments: (S, 2 or more) first frame, frame after the last, and columns that are ignored.
-        samples: poses per action.
-    """
+    """Features (S, samples * (3 + 3 J)) of one player's actions, J body segments each; see `pose_features`."""
     return pose_features(kinematics.xpos, kinematics.xpos[:, 0], yaw(kinematics.xquat[:, 0]), segments, samples)
 
 

@@ -21,7 +21,7 @@ def react_rule(table: IntArray, qualifiers: IntArray) -> IntArray:
     attack that begins at the same frame cannot have been reacted to. Kicks go before punches.
 
     Args:
-        table: (S, 4) player, first frame, frame after the last, clip.
+        table: (S, 4) as from `Cuts.table`.
         qualifiers: (S, 5) indices of the learned aspects of the same actions.
 
     Raises:
@@ -60,13 +60,10 @@ def react_rule(table: IntArray, qualifiers: IntArray) -> IntArray:
 
 
 def stance_symbols(contacts: NDArray[np.bool_], bounds: IntArray) -> IntArray:
-    """Supporting foot (T,) of every frame: `LEFT`, `RIGHT` or `FLIGHT`; both feet count as the nearer single stance.
+    """Supporting foot (T,) from contacts (T, 2): `LEFT`, `RIGHT` or `FLIGHT`; both feet count as the nearer single
+    stance.
 
-    Where two are equally near, the earlier counts. A clip without any single stance: left.
-
-    Args:
-        contacts: (T, 2) left and right foot in contact.
-        bounds: (clips, 2) first frame of every clip and the frame after its last.
+    Where two are equally near, the earlier counts. A clip (row of `bounds`) without any single stance: left.
     """
     symbols = np.where(contacts[:, 0], LEFT, np.where(contacts[:, 1], RIGHT, FLIGHT)).astype(np.int64)
     feet = contacts.sum(axis=1)
@@ -83,15 +80,10 @@ def stance_symbols(contacts: NDArray[np.bool_], bounds: IntArray) -> IntArray:
 
 
 def move_rule(table: IntArray, contacts: tuple[NDArray[np.bool_], NDArray[np.bool_]], bounds: IntArray) -> IntArray:
-    """Index (S,) into `QUALIFIERS["move"]` of each action: its first and last supporting foot.
+    """Index (S,) into `QUALIFIERS["move"]` of each action (S, 4) of `Cuts.table`: its first and last supporting foot.
 
     The last is taken in the frame in which the next action begins, so an action begins on the foot the one before ended
-    on.
-
-    Args:
-        table: (S, 4) player, first frame, frame at which the next begins, clip.
-        contacts: (T, 2) foot contacts of each player.
-        bounds: (clips, 2) first frame of every clip and the frame after its last.
+    on. `contacts` (T, 2) are of each player, `bounds` as of `Cuts`.
     """
     symbols = np.stack([stance_symbols(contact, bounds) for contact in contacts])
     player, start, end, clip = table.T

@@ -32,12 +32,7 @@ class AspectScore:
 
 
 def score(truth: IntArray, labels: IntArray, qualifiers: tuple[str, ...]) -> AspectScore:
-    """Compare labels with the truth.
-
-    Args:
-        truth: (N,) qualifier indices.
-        labels: (N,) qualifier indices.
-        qualifiers: their names.
+    """Compare qualifier indices (N,) with the truth's.
 
     Raises:
         SettingError: nothing to compare, or unequal lengths.
@@ -67,7 +62,7 @@ def cross_validate(
         qualifiers: (N, 5) their qualifier indices.
         character: whose actions they are.
         rng: decides the folds.
-        folds: number of folds, at most N.
+        folds: at most N.
         settings: of the machines.
 
     Raises:

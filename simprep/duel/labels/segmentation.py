@@ -93,7 +93,7 @@ class Cuts:
         object.__setattr__(self, "bounds", bounds)
 
     def segments(self, player: int) -> IntArray:
-        """Actions (S, 3) of player 0 (A) or 1 (B): first frame, frame at which the next begins (or clip's end), clip."""
+        """Actions (S, 3) of player 0 or 1: first frame, frame at which the next begins (or clip's end), clip."""
         inner = self.frames[player]
         rows = []
         for clip, (first, after) in enumerate(self.bounds):
@@ -116,16 +116,10 @@ def stream_kinematics(stream: DuelStream) -> tuple[Kinematics, Kinematics]:
 def contact_force(
     com: FloatArray, fps: float, bounds: IntArray, settings: SegmentationSettings = DEFAULT_SETTINGS
 ) -> FloatArray:
-    """Contact force (T,) over body weight, |c'' - g| / |g|, each clip by itself.
+    """Contact force (T,) over body weight, |c'' - g| / |g|, of a centre of mass (T, 3), z up [m]; each clip by itself.
 
-    Source: section 3.1 of the 2008 paper; c'' is the second difference of the Gaussian-smoothed path. Clips are
-    continued beyond their ends by reflection in the end point, which keeps the velocity.
-
-    Args:
-        com: (T, 3) centre of mass, z up [m].
-        fps: frames per second [1/s].
-        bounds: (clips, 2) first frame of every clip and the frame after its last.
-        settings: smoothing and component.
+    Source: section 3.1 of the 2008 paper; c'' is the second difference of the Gaussian-smoothed path. Clips (rows of
+    `bounds`, as of `Cuts`) are continued by reflection in the end point, which keeps the velocity.
     """
     sigma = settings.smoothing_s * fps
     reach = int(np.ceil(4 * sigma))
@@ -149,14 +143,8 @@ def contact_force(
 def force_minima(
     force: FloatArray, fps: float, bounds: IntArray, settings: SegmentationSettings = DEFAULT_SETTINGS
 ) -> tuple[IntArray, FloatArray]:
-    """Frames of prominent local minima within each clip, and their prominences in body weights.
-
-    Args:
-        force: (T,) contact force in body weights.
-        fps: frames per second [1/s].
-        bounds: (clips, 2) first frame of every clip and the frame after its last.
-        settings: prominence and shortest distance.
-    """
+    """Frames of prominent local minima of a contact force (T,), and their prominences, in body weights; within each
+    clip."""
     apart = max(1, round(settings.shortest_s * fps))
     frames, prominences = [], []
     for first, after in bounds:
@@ -188,13 +176,7 @@ def segment_stream(
     settings: SegmentationSettings = DEFAULT_SETTINGS,
     kinematics: tuple[Kinematics, Kinematics] | None = None,
 ) -> Segmentation:
-    """Cut both players' motions into actions.
-
-    Args:
-        stream: two people.
-        settings: smoothing, prominence, distance and component.
-        kinematics: of both players, where already computed.
-    """
+    """Cut both players' motions into actions; `kinematics` is of both, where already computed."""
     kinematics = kinematics or stream_kinematics(stream)
     bounds = stream.bounds.astype(np.int64)
     forces, frames, suspicious = [], [], []

@@ -85,11 +85,7 @@ class PoseBasis:
 
 
 def fit_pose_basis(joints: FloatArray, components: int = POSE_COMPONENTS) -> PoseBasis:
-    """Principal components of joint positions.
-
-    Args:
-        joints: (..., J, 3) in the root's frame [m], at least two poses.
-        components: how many to keep.
+    """Principal components of at least two poses: joint positions (..., J, 3) in the root's frame [m].
 
     Raises:
         SettingError: more components than coordinates, or none.
@@ -162,11 +158,7 @@ class FloorFrame:
 
 
 def floor_frame(com: FloatArray, opponent_com: FloatArray) -> FloorFrame:
-    """Reference frame at the moment when the next action begins.
-
-    Args:
-        com: (..., 3) or (..., 2) centre of mass of the player who acts next [m].
-        opponent_com: the same of the opponent.
+    """Frame at the moment of choice, from the centres of mass (..., 2 or 3) of who acts next and of the opponent [m].
 
     Raises:
         MotionError: both stand on the same spot, so no direction leads from one to the other.
@@ -180,13 +172,9 @@ def floor_frame(com: FloatArray, opponent_com: FloatArray) -> FloorFrame:
 
 
 def summarise(position: FloatArray, heading: FloatArray, pose: FloatArray, fps: float) -> ActionSummaries:
-    """Summary of one action, wherever it has been placed.
+    """Summary of one action from its root positions (F, 2 or 3) [m], headings (F,) [rad] and reduced poses (F, k) [m].
 
-    Args:
-        position: (F, 2) or (F, 3) root positions of its frames [m], at least two.
-        heading: (F,) headings [rad].
-        pose: (F, k) reduced poses [m] (`PoseBasis.project`).
-        fps: frames per second [1/s].
+    It needs at least two frames, `fps` of them a second.
     """
     track = np.column_stack([position[:, :2], np.unwrap(heading), pose])
     return _summaries(track, np.array([0]), np.array([len(track)]), fps)[0]
@@ -278,11 +266,7 @@ def action_features(
 ) -> ActionFeatures:
     """Summaries, frames and reached positions of all actions of a stream.
 
-    Args:
-        tracks: the stream.
-        actions: B.
-        basis: of the local poses.
-        goal_delay: time after an action begins at which a wanted position is reached [s] (Eq. 13: 0.5).
+    A wanted position is reached `goal_delay` seconds after an action begins (Eq. 13: 0.5).
 
     Raises:
         MotionError: actions that do not fit the stream, fighters on one spot.

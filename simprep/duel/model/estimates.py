@@ -246,7 +246,7 @@ def fit_log_linear(
 
 @dataclass(frozen=True)
 class Ruled(LabelEstimate):
-    """Another estimate (`base`), kept to labels that `react` and `move` allow (`simprep.duel.model.succession`). Ours."""
+    """Another estimate, `base`, kept to labels that `react` and `move` allow (`model.succession`). Ours."""
 
     kind: ClassVar[str] = "rules"
     base: LabelEstimate
@@ -261,13 +261,7 @@ class Ruled(LabelEstimate):
 
 
 def fit_ruled(triples: LabelTriples, candidates: IntArray, opponent_labels: IntArray) -> Ruled:
-    """Fit `Ruled` over `LogLinear`, with a stronger prior, since that need not learn the rules.
-
-    Args:
-        triples: observed transitions.
-        candidates: codes of the player's labels in the whole stream learned from.
-        opponent_labels: codes of the opponent's labels there.
-    """
+    """Fit `Ruled` over `LogLinear`, with a stronger prior, since that need not learn the rules (see `fit_label_model`)."""
     base = fit_log_linear(triples, candidates, opponent_labels, aspect_penalty=3.0, label_penalty=100.0)
     return Ruled(triples, base.candidates, base.opponent_labels, base)
 

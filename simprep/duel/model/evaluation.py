@@ -147,14 +147,7 @@ def evaluate_labels(
     splits: int = 5,
     truth: Sequence[LabelModel] | None = None,
 ) -> dict[str, Any]:
-    """The label tables of `evaluate` alone: `label_logprob`, `..._train`, `..._splits`, `label_total_variation`.
-
-    Args:
-        graph: of the stream.
-        rng: makes the splits.
-        splits: how many.
-        truth: as in `evaluate`.
-    """
+    """The tables of `evaluate` about labels alone, without `label_unseen_share`."""
     transitions = [graph.actions.transitions(player) for player in PLAYERS]
     scores = [
         _label_scores(graph, transitions, [split_transitions(len(step), rng) for step in transitions], truth)
@@ -181,15 +174,8 @@ def components_curve(
     """Fig. 11: semi-tied log density against the number of principal components.
 
     The level of a density depends on its number of dimensions. The gain over one Gaussian for all labels does not: it
-    is what the next label says about the geometry.
-
-    Args:
-        graph: of the stream.
-        tracks: the stream.
-        transitions: of both players.
-        split: training and held-out rows, for each player.
-        components: numbers to try.
-        prior_count: of the covariances.
+    is what the next label says about the geometry. `split` holds training and held-out rows of each player's
+    transitions.
 
     Returns:
         For each number: `components`, `explained` (share of the pose variance), `train`, `held_out` (mean log density)

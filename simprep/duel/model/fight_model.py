@@ -68,12 +68,7 @@ def stream_digest(stream: DuelStream) -> str:
 
 
 def save_fight_model(model: DuelModel, stream: DuelStream, folder: str | Path) -> tuple[Path, Path]:
-    """Write `model.npz` and `stream.npz`, and return their paths.
-
-    Args:
-        model: learned from the stream.
-        stream: all frames of it.
-        folder: is made where missing.
+    """Write `model.npz` and all frames it was learned from, `stream.npz`, to a folder, and return both paths.
 
     Raises:
         MotionFileError: they cannot be written.
@@ -85,10 +80,7 @@ def save_fight_model(model: DuelModel, stream: DuelStream, folder: str | Path) -
 
 
 def read_fight_model(path: str | Path) -> FightModel:
-    """Read a model and its example motions.
-
-    Args:
-        path: a folder that `simprep duel analyse` wrote, or the `model.npz` in it.
+    """Read a model and its example motions from a folder that `simprep duel analyse` wrote, or the `model.npz` in it.
 
     Raises:
         MotionFileError: a file is missing or damaged, or the stream is not the one that the model was learned from.

@@ -23,24 +23,16 @@ SHARE = 1 / 3
 
 
 def split_frame(whole: FightModel, share: float = SHARE) -> int:
-    """The seam nearest to where the held-out share begins; of a stream without seams, that frame.
-
-    Args:
-        whole: model of all of the stream.
-        share: to be held out.
-    """
+    """The seam nearest to where the held-out share begins; of a stream without seams, that frame."""
     wanted = round((1 - share) * len(whole.stream))
     seams = np.array(whole.stream.seams, dtype=np.int64)
     return int(seams[np.argmin(np.abs(seams - wanted))]) if len(seams) else wanted
 
 
 def learn_before(whole: FightModel, frame: int, settings: TrainingSettings | None = None) -> FightModel:
-    """Learn labels, densities, pose basis and examples to choose from only from what ends before a frame.
+    """Learn labels, densities, pose basis and examples only from what ends before a frame (see `split_frame`).
 
-    Args:
-        whole: model of the whole stream; its cuts and labels are taken over.
-        frame: see `split_frame`.
-        settings: of the training; None: the whole model's label model, with the paper's densities.
+    Cuts and labels are those of the whole model. Without settings its label model is taken, with the paper's densities.
 
     Raises:
         MotionError: too few actions before the frame.

@@ -102,14 +102,8 @@ def average_log_prob(model: LabelModel, triples: LabelTriples) -> float:
 
 
 def total_variation(model: LabelModel, truth: LabelModel, own: ArrayLike, opponent: ArrayLike) -> FloatArray:
-    """Total-variation distance (...) of two models' distributions, 0 (equal) to 1 (disjoint).
-
-    Args:
-        model: one of them.
-        truth: the other; its candidates may differ.
-        own: (...) own label codes.
-        opponent: (...) opponent's label codes.
-    """
+    """Total-variation distance (...) of two models, 0 (equal) to 1 (disjoint), after label codes (...) own and
+    opponent."""
     union = np.union1d(model.candidates, truth.candidates)
     difference = np.zeros((*np.shape(own), len(union)))
     difference[..., np.searchsorted(union, model.candidates)] += model.distribution(own, opponent)

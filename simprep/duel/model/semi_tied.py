@@ -62,13 +62,7 @@ class ClassGaussians:
         return np.where(self.classes[row] == classes, row, len(self.classes)).astype(np.int64)
 
     def log_density(self, samples: FloatArray, classes: ArrayLike) -> FloatArray:
-        """Log density (N,) of each sample under its class [nats]; depends on the units, differences between models do
-        not.
-
-        Args:
-            samples: (N, D).
-            classes: (N,) class numbers.
-        """
+        """Log density (N,) of samples (N, D) of classes (N,) [nats]; only its differences do not depend on units."""
         row = self.row(classes)
         lower = np.linalg.cholesky(self.covariance)
         result = np.empty(len(samples))
@@ -236,12 +230,11 @@ class SemiTied:
 
 @dataclass(frozen=True)
 class FullCovariance:
-    """A covariance of its own for every class, eigenvalues floored (rejected by the paper: it overfits).
+    """A covariance of its own for every class (rejected by the paper: it overfits).
 
     Attributes:
-        prior_count: pseudo-deviations per class.
-        eigenvalue_floor: smallest eigenvalue of a class's covariance, with each parameter in units of its standard
-            deviation over all samples.
+        prior_count: as in `SemiTied`.
+        eigenvalue_floor: of a covariance, with each parameter in units of its standard deviation over all samples.
     """
 
     prior_count: float = PRIOR_COUNT

@@ -26,12 +26,9 @@ _GAUSSIANS = ("classes", "mean", "covariance")
 
 
 def save_model(model: DuelModel, path: str | Path, stream_sha256: str = "") -> Path:
-    """Write a model to .npz, atomically, and return its path.
+    """Write a model to .npz, atomically, and return its path; `.npz` is appended if missing.
 
-    Args:
-        model: what to write.
-        path: the file; `.npz` is appended if missing.
-        stream_sha256: digest of the stream it was learned from (`fight_model.stream_digest`); empty: none.
+    `stream_sha256` is the digest of the stream it was learned from (`fight_model.stream_digest`); empty: none.
     """
     header = {
         "schema": SCHEMA,

@@ -115,11 +115,8 @@ class TransitionGraph:
 
 @dataclass(frozen=True)
 class ActionTable:
-    """R: from an aspect and a qualifier to the nodes that carry it.
-
-    Attributes:
-        nodes: (player, aspect, qualifier) to node numbers, ascending; every valid key is present.
-    """
+    """R: from (player, aspect, qualifier) to the ascending numbers of the nodes that carry it; every valid key is
+    present."""
 
     nodes: Mapping[tuple[int, str, str], IntArray]
 

@@ -14,13 +14,8 @@ ENDINGS = 3
 
 
 def may_follow(own: ArrayLike, opponent: ArrayLike, candidates: ArrayLike) -> NDArray[np.bool_]:
-    """Whether a label agrees with what `react` and `move` mean (..., K).
-
-    Args:
-        own: (...) own label codes.
-        opponent: (...) the opponent's.
-        candidates: (K,) codes that might come next.
-    """
+    """Whether candidates (K,) agree with what `react` and `move` mean after label codes (...) own and opponent: (...,
+    K)."""
     mine, theirs, following = decode(own), decode(opponent), decode(candidates)
     kick = np.zeros(theirs.shape[:-1], dtype=bool)
     punch = kick.copy()

@@ -139,15 +139,7 @@ class TransitionModel:
     ) -> int:
         """Draw the next action: its index in B.
 
-        Args:
-            rng: source of chance.
-            own_label: as in `candidates`, also the next four.
-            opponent_label: see there.
-            own: see there.
-            opponent: see there.
-            goal: see there.
-            allowed: (K,) which candidates may be chosen (from the action table R); None: all.
-            bonus: as in `candidates`.
+        Arguments as of `candidates`; `allowed` (K,) says which candidates may be chosen (action table R), None: all.
 
         Raises:
             SettingError: as `candidates`, or none is allowed.
@@ -198,12 +190,7 @@ class TrainingSettings:
 
 
 def train(graph: CoupledGraph, tracks: PairTracks, settings: TrainingSettings | None = None) -> DuelModel:
-    """Learn both players' models from a labelled stream.
-
-    Args:
-        graph: of the stream.
-        tracks: the stream.
-        settings: None: the paper's.
+    """Learn both players' models from a labelled stream, without settings as in the paper.
 
     Raises:
         MotionError: too few transitions for the densities, or tracks that do not fit the graph.
@@ -261,15 +248,9 @@ def player_model(
     gaussians: ClassGaussians,
     goal_gaussians: ClassGaussians | None,
 ) -> TransitionModel:
-    """One player's model from its learned parts; its examples are all the player's actions, by node.
+    """One player's model from its learned parts (see `TransitionModel`) and the parameters (A, P) of all actions.
 
-    Args:
-        graph: of the stream.
-        parameters: (A, P) of every action in the frame in which it began.
-        player: 0 or 1.
-        labels: see `TransitionModel`, also the next two.
-        gaussians: see there.
-        goal_gaussians: see there.
+    Its examples are all the player's actions, by node.
     """
     node = graph.graphs[player].node
     own = graph.actions.of(player)

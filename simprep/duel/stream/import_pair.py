@@ -22,13 +22,7 @@ from simprep.motion.store import SCHEMA as MOTION_SCHEMA
 
 @dataclass(frozen=True)
 class PairImport:
-    """Two people and how they came in.
-
-    Attributes:
-        stream: both, as one clip.
-        report: distances, facing and warnings of the stream.
-        imports: what each person's import decided; empty for a stream that simprep saved.
-    """
+    """Two people: their stream, its report, and what each person's import decided (nothing for a saved stream)."""
 
     stream: DuelStream
     report: StreamReport

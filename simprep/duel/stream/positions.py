@@ -74,10 +74,7 @@ class Recording:
 
 
 def read_positions(path: str | Path) -> Recording:
-    """Read a file of joint positions.
-
-    Args:
-        path: .npz with `positions` (T, J, 3) or (T, people, J, 3), `joint_names` (J) and `fps`.
+    """Read an .npz with `positions` (T, J, 3) or (T, people, J, 3), `joint_names` (J) and `fps`.
 
     Raises:
         MotionFileError: missing, unreadable, or an entry missing or of the wrong shape.
@@ -177,14 +174,8 @@ def centres(recording: Recording) -> FloatArray:
 def fill_gaps(
     path: Path, recording: Recording, person: int, joints: list[int], longest_s: float
 ) -> tuple[FloatArray, int]:
-    """Interpolate joints linearly over short gaps; at the ends the nearest position is held.
-
-    Args:
-        path: the file, for messages.
-        recording: the file.
-        person: which of its people.
-        joints: the joints that matter.
-        longest_s: longest gap to fill [s].
+    """Interpolate joints of a person linearly over gaps of up to `longest_s` [s]; at the ends the nearest position is
+    held.
 
     Returns:
         (T, J, 3) positions, complete for these joints, and the number of positions filled in.

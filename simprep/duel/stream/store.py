@@ -16,11 +16,7 @@ _HINTS = {"simprep.motion/": "one person; `simprep duel import A B` joins two"}
 
 
 def save_stream(stream: DuelStream, path: str | Path) -> Path:
-    """Write a stream to .npz, atomically, and return its path.
-
-    Args:
-        stream: what to write.
-        path: the file; `.npz` is appended if missing.
+    """Write a stream to .npz, atomically, and return its path; `.npz` is appended if missing.
 
     Raises:
         MotionFileError: it cannot be written, or a player is not our humanoid, the only body that the file can name.
@@ -60,10 +56,7 @@ def save_stream(stream: DuelStream, path: str | Path) -> Path:
 
 
 def read_stream(path: str | Path) -> DuelStream:
-    """Read a stream written by `save_stream`.
-
-    Args:
-        path: the .npz file, or a folder with one.
+    """Read a stream written by `save_stream`, from the .npz file or a folder with one.
 
     Raises:
         MotionFileError: missing, not a two-person stream, another schema version or another model.

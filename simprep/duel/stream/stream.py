@@ -139,7 +139,7 @@ def root_distance(stream: DuelStream) -> FloatArray:
 
 
 def facing_error(stream: DuelStream) -> FloatArray:
-    """Angle from each one's heading to the direction of the other (T, 2), -pi to pi [rad]; positive: other to the left."""
+    """Angle (T, 2) from each one's heading to the other's direction, -pi to pi [rad]; positive: other to the left."""
     a, b = (motion.qpos for motion in stream.players)
     to_b = np.arctan2(b[:, 1] - a[:, 1], b[:, 0] - a[:, 0])
     angles = np.stack([to_b - yaw(a[:, 3:7]), to_b + np.pi - yaw(b[:, 3:7])], axis=1)
@@ -149,13 +149,9 @@ def facing_error(stream: DuelStream) -> FloatArray:
 def swapped_frames(roots: FloatArray, fps: float, seams: Sequence[int] = ()) -> NDArray[np.intp]:
     """First frames (N,) in which two tracked people have exchanged names.
 
-    Both roots jump faster than `SWAP_SPEED`, while exchanged they move less than half as far. The jump takes one frame,
-    or two where interpolation to another frame rate put a frame between.
-
-    Args:
-        roots: (T, 2, 2 or 3) root positions of A and B [m].
-        fps: frames per second [1/s].
-        seams: first frames of further clips; nothing is compared across them.
+    Both roots (T, 2, 2 or 3) [m] jump faster than `SWAP_SPEED`, while exchanged they move less than half as far. The
+    jump takes one frame, or two where interpolation to another frame rate put a frame between. Nothing is compared
+    across seams.
     """
     found: list[int] = []
     for lag in (1, 2):
@@ -199,10 +195,6 @@ def check_stream(stream: DuelStream) -> StreamReport:
 
 def concatenate_streams(streams: Sequence[DuelStream], name: str = "stream") -> DuelStream:
     """Several recordings of the same two people, one after the other; seams are kept and nothing is moved.
-
-    Args:
-        streams: at least one.
-        name: of the result.
 
     Raises:
         MotionError: none given, or rates or bodies differ.
