@@ -93,7 +93,8 @@ class ExampleMotions:
         return _examples(stream, model.graph.actions, model.basis, model.fps)
 
     def with_recording(self, stream: DuelStream, actions: ActionList) -> "ExampleMotions":
-        """The same with another recording's actions appended: its action k becomes number `len(self.actions)` + k.
+        """The same with another recording's actions (in its own frames) appended: action k becomes `len(self.actions)`
+        + k.
 
         Raises:
             MotionError: other bodies or another frame rate.

@@ -53,7 +53,7 @@ class FightInMode:
     alertness: Alertness | None = None
 
     def run(self, seconds: float, progress: Callable[[float], None] | None = None) -> None:
-        """Go on until so many seconds since the beginning are final; `progress` is called with the share that is done."""
+        """Go on until so many seconds of the fight are final; `progress` is called with the share that is done."""
         frames = self._frames(seconds)
         told = None if progress is None else (lambda done: progress(done / frames))
         run(self.bout, frames, self.alertness, told)

@@ -53,7 +53,7 @@ class PostureChange:
 def optimise_fight_posture(
     fight: Fight, settings: PreparationSettings = DEFAULT_SETTINGS
 ) -> tuple[Fight, tuple[PostureChange, PostureChange]]:
-    """Optimise the posture of both fighters in every frame of a kinematic fight; returns also what changed in A and B."""
+    """The fight with posture optimised in every frame, and what changed in A and B."""
     optimised = [
         _optimise(motion, punching(fight, player), settings) for player, motion in enumerate(fight.stream.players)
     ]
@@ -63,7 +63,7 @@ def optimise_fight_posture(
 
 
 def punching(fight: Fight, player: int) -> FloatArray:
-    """How far each fist (T, 2) belongs to a punch: 1 during the player's attacks with it, smoothly 0 before and after."""
+    """Share (T, 2) of a punch that each fist has: 1 during the player's attacks with it, smoothly 0 before and after."""
     frames = np.arange(len(fight.stream))
     fade = max(1.0, FADE_S * fight.stream.fps)
     weight = np.zeros((len(frames), len(PUNCHES)))

@@ -169,7 +169,7 @@ class Bout:
         return self.current(player)
 
     def interrupt(self, player: int, frame: int) -> None:
-        """End a fighter's current action early, at a frame after the beginning of both current actions.
+        """End a fighter's current action early, at a frame before its end, after the beginning of both current actions.
 
         Raises:
             SettingError: another frame.

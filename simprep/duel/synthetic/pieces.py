@@ -1,7 +1,7 @@
 """Movements of the fighters, taken from the built-in motions: out, back, and the instants that divide them.
 
-Of each motion the posture is kept: pelvis, trunk, arms, a kicking leg, how the feet roll and pivot. Where the feet stand and
-where the centre of mass goes is decided by the clip as drawn (`simprep.duel.synthetic.perform`).
+Only the posture is kept: pelvis, trunk, arms, a kicking leg, how the feet roll and pivot. The drawn clip decides where
+feet stand and the centre of mass goes (`simprep.duel.synthetic.perform`).
 """
 
 from collections.abc import Sequence
@@ -56,8 +56,8 @@ class Piece:
     Attributes:
         name: of the built-in motion.
         channels: (T, channels) posture at 60 frames per second.
-        out: instants of the way out, as frames: begin, lift-off (kicks), furthest point.
-        back: of the way back: furthest point, touch-down (kicks), end.
+        out: frames of the way out: begin, lift-off (kicks), furthest point.
+        back: frames of the way back: furthest point, touch-down (kicks), end.
         rise_m: centre of mass at the furthest point above that in guard [m].
         reach_m: from the pelvis to the striking wrist or ankle at the furthest point, on the floor [m]; 0 without one.
     """
