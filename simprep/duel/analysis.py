@@ -273,8 +273,7 @@ def match_actions(table: IntArray, truth: IntArray, tolerance: float) -> IntArra
 
 
 def annotate_from_truth(truth: Truth, match: IntArray, share: float, rng: np.random.Generator) -> Annotations:
-    """A random share of all actions, annotated; `match` (S,) is the row of the truth for each action, -1 where wrongly
-    cut.
+    """A random share of all actions, annotated; `match` (S,) is each one's row of the truth, -1 where wrongly cut.
 
     Raises:
         SettingError: fewer actions are rightly cut than should be annotated.
@@ -290,8 +289,7 @@ def annotate_from_truth(truth: Truth, match: IntArray, share: float, rng: np.ran
 def annotate_as_proposed(
     truth: Truth, match: IntArray, share: float, features: NDArray[np.float64], character: Character
 ) -> Annotations:
-    """Annotations of a person who follows the proposals (`labelling.propose`), a tenth of the share of all actions at a
-    time.
+    """Annotations of a person who follows the proposals (`labelling.propose`), a tenth of the share at a time.
 
     Arguments as of `annotate_from_truth`; `features` (S, F) are of all actions.
     """

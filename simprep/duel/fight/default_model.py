@@ -25,7 +25,7 @@ Progress = Callable[[str, float], None]
 
 
 def fight_model(path: str | Path | None = None, progress: Progress | None = None) -> FightModel:
-    """The model in a folder that `simprep duel analyse` wrote, or the built-in kickboxing stream's, with progress.
+    """The model in a folder that `simprep duel analyse` wrote; None: the built-in kickboxing stream's.
 
     Raises:
         MotionFileError: see `read_fight_model`.

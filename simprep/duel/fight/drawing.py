@@ -52,7 +52,7 @@ class DrawSettings:
 
 @dataclass(frozen=True)
 class DrawingChooser:
-    """Draws labels and examples as above by one player's model; a `choice.Chooser`."""
+    """Draws labels and examples by one player's model, as the module says; a `choice.Chooser`."""
 
     model: TransitionModel
     settings: DrawSettings = field(default_factory=DrawSettings)
@@ -70,7 +70,7 @@ class DrawingChooser:
         return Choice(self.draw(situation, rng))
 
     def draw(self, situation: Situation, rng: np.random.Generator, allowed: BoolArray | None = None) -> int:
-        """The next action's number in B, of the allowed candidates (K,), at least one; None: all."""
+        """The next action's number in B; `allowed` (K,) candidates are drawn from, at least one; None: all."""
         chances = self.label_probabilities(situation, allowed)
         label = int(rng.choice(len(chances), p=chances))
         own = np.flatnonzero(self.model.candidate == label)

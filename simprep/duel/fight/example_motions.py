@@ -52,7 +52,7 @@ class ExampleMotions:
     """Actions of one or more recordings with all that synthesis needs. Arrays are read-only by convention.
 
     Attributes:
-        fps: [1/s].
+        fps: frame rate [1/s].
         bodies: of players 0 and 1.
         actions: all actions; the first `known` are B of the model, frames are counted over all recordings.
         known: number of actions in B.
@@ -93,8 +93,7 @@ class ExampleMotions:
         return _examples(stream, model.graph.actions, model.basis, model.fps)
 
     def with_recording(self, stream: DuelStream, actions: ActionList) -> "ExampleMotions":
-        """The same with another recording's actions (in its own frames) appended: action k becomes `len(self.actions)`
-        + k.
+        """The same with another recording's actions appended, in its own frames; they follow the present ones.
 
         Raises:
             MotionError: other bodies or another frame rate.
@@ -136,8 +135,7 @@ class ExampleMotions:
         )
 
     def excerpt(self, action: int, times: FloatArray) -> Excerpt:
-        """An action at times (F,), in frames from its first one, fractions allowed; beyond its clip as at the end of
-        that."""
+        """An action at times (F,) [frames from its first, fractions allowed]; beyond its clip as at the clip's end."""
         player = int(self.actions.player[action])
         first, after = self.bounds[np.searchsorted(self.bounds[:, 0], self.actions.start[action], side="right") - 1]
         wanted = self.actions.start[action] + times
@@ -165,7 +163,7 @@ class ExampleMotions:
     def guard_frames(self, recordings: bool = False) -> IntArray:
         """Frames where a fight may begin: an action begins, both fighters stand in guard, and their clip goes on.
 
-        They are of the model's stream, or else of the appended recordings.
+        They are of the model's stream, or with `recordings` of the appended ones.
         """
         picked = np.arange(len(self.actions)) >= self.known
         starts = np.unique(self.actions.start[picked == recordings])

@@ -26,7 +26,7 @@ class FightAction:
         start: first frame in the fight.
         end: frame at which the player's next action begins, one past the last.
         label: label code of the example (`simprep.duel.labels.labels`).
-        example: index of the example in B of the model; -1 where it is none of it (a held-out attack).
+        example: index of the example in B of the model; -1 where it is not in B (a held-out attack).
         moment: frame of the interaction moment, the peak of the contact force; -1 where there is none.
         request: the user's request that this action answers; empty for none.
     """

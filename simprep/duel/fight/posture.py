@@ -63,7 +63,7 @@ def optimise_fight_posture(
 
 
 def punching(fight: Fight, player: int) -> FloatArray:
-    """Share (T, 2) of a punch that each fist has: 1 during the player's attacks with it, smoothly 0 before and after."""
+    """How far each fist (T, 2) punches: 1 during the player's attacks with it, smoothly 0 before and after."""
     frames = np.arange(len(fight.stream))
     fade = max(1.0, FADE_S * fight.stream.fps)
     weight = np.zeros((len(frames), len(PUNCHES)))

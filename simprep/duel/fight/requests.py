@@ -11,7 +11,7 @@ from simprep.files import find_file
 
 COLUMNS = ("time_s", "action", "x_m", "y_m")
 FARTHEST_M = 100.0
-"""No goal is farther than this from where the fight began [m]."""
+"""Largest coordinate of a goal [m]."""
 
 
 @dataclass(frozen=True)

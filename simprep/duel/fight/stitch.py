@@ -72,7 +72,7 @@ DEEPEST_M = 0.15
 LOST_M, STEP_S = 0.01, 0.08
 """A foot that is missed by more than this does not stand [m], nor from this long before to this long after [s]."""
 GONE_M, MOMENT_S = 0.03, 0.1
-"""A leg that misses its place by more than this [m] for no longer than this passes from the last one to the next [s]."""
+"""A leg that misses its place by more than this [m] for less than this [s] passes from its last place to the next."""
 LOOSE = 0.25
 """Half of the difference in heading is left to a standing foot where it is this large [rad]."""
 _ANKLE = 4  # of the hinges in the order of `solve_leg`: turns the foot about y, its heel up

@@ -13,8 +13,7 @@ SCHEMA = "simprep.cuts/1"
 
 
 def save_cuts(segmentation: Segmentation | Cuts, stream: DuelStream, path: str | Path) -> Path:
-    """Write cuts, with doubts or without, as text, atomically, and return the path; the stream is described in
-    comments.
+    """Write cuts as text, atomically, and return the path; comments describe the stream and doubts.
 
     Raises:
         MotionFileError: it cannot be written.

@@ -29,8 +29,7 @@ class LabelSettings:
 
     Attributes:
         penalty: C of the soft margin; larger values fit every annotated action, smaller ones smooth over.
-        gamma: width of the Gaussian kernel exp(-gamma |x - y|^2) over standardised features; None: `WIDTH` over the
-            number of features.
+        gamma: width of the Gaussian kernel exp(-gamma |x - y|^2) over standardised features; None: `WIDTH` / features.
         balanced: weigh qualifiers by their rarity, since `others` is by far the most frequent.
         mirrored: also learn from the mirror image of every annotated action, left and right exchanged.
     """
@@ -49,9 +48,7 @@ class LabelSettings:
 
 DEFAULT_SETTINGS = LabelSettings()
 WIDTH = 0.1
-"""Default gamma times the number of features. The poses of an action depend on each other, so a kernel wider than 1 /
-features generalises better.
-"""
+"""Default gamma times the number of features; poses of an action depend on each other, so a wide kernel is better."""
 _SWAP = {"left": "right", "right": "left"}
 
 
@@ -106,7 +103,7 @@ def decide(machine: Any, features: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 def new_machine(settings: LabelSettings, features: int) -> Any:
-    """An untrained classifier for so many features: standardised, Gaussian-kernel SVC, one against one, no randomness."""
+    """An untrained classifier for so many features: standardised, Gaussian-kernel SVC, no randomness."""
     from sklearn.pipeline import make_pipeline
     from sklearn.preprocessing import StandardScaler
     from sklearn.svm import SVC

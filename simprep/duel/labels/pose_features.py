@@ -2,8 +2,7 @@
 
 Source: the 2008 paper, section 3.2.1. A sampled pose is (p0, q0, p1 ... pm). p0 and q0 are the horizontal translation
 and the turn about the vertical of the root since the previous sample (0 for the first). p1 ... pm are the joint
-positions in a frame on the floor below the root that turns with its heading, so that heights, and thereby jumps, remain
-visible.
+positions in a frame on the floor below the root that turns with its heading, so that jumps remain visible.
 """
 
 import numpy as np

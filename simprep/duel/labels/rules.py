@@ -60,10 +60,9 @@ def react_rule(table: IntArray, qualifiers: IntArray) -> IntArray:
 
 
 def stance_symbols(contacts: NDArray[np.bool_], bounds: IntArray) -> IntArray:
-    """Supporting foot (T,) from contacts (T, 2): `LEFT`, `RIGHT` or `FLIGHT`; both feet count as the nearer single
-    stance.
+    """Supporting foot (T,) from contacts (T, 2): `LEFT`, `RIGHT` or `FLIGHT`.
 
-    Where two are equally near, the earlier counts. A clip (row of `bounds`) without any single stance: left.
+    Both feet count as the nearer single stance, or the earlier of two. A clip (row of `bounds`) without any: left.
     """
     symbols = np.where(contacts[:, 0], LEFT, np.where(contacts[:, 1], RIGHT, FLIGHT)).astype(np.int64)
     feet = contacts.sum(axis=1)

@@ -143,8 +143,7 @@ def contact_force(
 def force_minima(
     force: FloatArray, fps: float, bounds: IntArray, settings: SegmentationSettings = DEFAULT_SETTINGS
 ) -> tuple[IntArray, FloatArray]:
-    """Frames of prominent local minima of a contact force (T,), and their prominences, in body weights; within each
-    clip."""
+    """Frames of prominent minima of a contact force (T,) within each clip, and their prominences, in body weights."""
     apart = max(1, round(settings.shortest_s * fps))
     frames, prominences = [], []
     for first, after in bounds:

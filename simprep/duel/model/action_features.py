@@ -30,7 +30,7 @@ class PairTracks:
     """What the two fighters do, frame by frame. Read-only by convention.
 
     Attributes:
-        fps: [1/s].
+        fps: frame rate [1/s].
         root: (T, 2, 3) root positions of players 0 and 1 in the world, z up [m].
         heading: (T, 2) direction of the roots about z from the world's x axis, in any winding [rad].
         joints: (T, 2, J, 3) joint positions in the frame of the player's own root [m].

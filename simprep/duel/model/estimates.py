@@ -202,7 +202,7 @@ def fit_log_linear(
         aspect_penalty: precision of the Gaussian prior on the weights of aspects, and on each label's own.
         label_penalty: the same of pairs of labels; a greater one asks for more evidence of exceptions.
     """
-    from scipy.optimize import minimize
+    from scipy.optimize import minimize  # late: slow to import, and only this estimate needs it
 
     labels = [np.unique(candidates), np.unique(opponent_labels)]
     k = len(labels[0])
@@ -261,7 +261,7 @@ class Ruled(LabelEstimate):
 
 
 def fit_ruled(triples: LabelTriples, candidates: IntArray, opponent_labels: IntArray) -> Ruled:
-    """Fit `Ruled` over `LogLinear`, with a stronger prior, since that need not learn the rules (see `fit_label_model`)."""
+    """Fit `Ruled` over `LogLinear`, with a stronger prior (arguments of `fit_label_model`)."""
     base = fit_log_linear(triples, candidates, opponent_labels, aspect_penalty=3.0, label_penalty=100.0)
     return Ruled(triples, base.candidates, base.opponent_labels, base)
 

@@ -174,8 +174,7 @@ def components_curve(
     """Fig. 11: semi-tied log density against the number of principal components.
 
     The level of a density depends on its number of dimensions. The gain over one Gaussian for all labels does not: it
-    is what the next label says about the geometry. `split` holds training and held-out rows of each player's
-    transitions.
+    is what the next label says about the geometry. `split` holds each player's training and held-out rows.
 
     Returns:
         For each number: `components`, `explained` (share of the pose variance), `train`, `held_out` (mean log density)

@@ -102,8 +102,7 @@ def average_log_prob(model: LabelModel, triples: LabelTriples) -> float:
 
 
 def total_variation(model: LabelModel, truth: LabelModel, own: ArrayLike, opponent: ArrayLike) -> FloatArray:
-    """Total-variation distance (...) of two models, 0 (equal) to 1 (disjoint), after label codes (...) own and
-    opponent."""
+    """Total-variation distance (...) of two models, 0 (equal) to 1 (disjoint), given label codes (...)."""
     union = np.union1d(model.candidates, truth.candidates)
     difference = np.zeros((*np.shape(own), len(union)))
     difference[..., np.searchsorted(union, model.candidates)] += model.distribution(own, opponent)

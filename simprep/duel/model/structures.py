@@ -115,8 +115,7 @@ class TransitionGraph:
 
 @dataclass(frozen=True)
 class ActionTable:
-    """R: from (player, aspect, qualifier) to the ascending numbers of the nodes that carry it; every valid key is
-    present."""
+    """R: from every valid (player, aspect, qualifier) to the ascending numbers of the nodes that carry it."""
 
     nodes: Mapping[tuple[int, str, str], IntArray]
 

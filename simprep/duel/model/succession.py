@@ -14,8 +14,7 @@ ENDINGS = 3
 
 
 def may_follow(own: ArrayLike, opponent: ArrayLike, candidates: ArrayLike) -> NDArray[np.bool_]:
-    """Whether candidates (K,) agree with what `react` and `move` mean after label codes (...) own and opponent: (...,
-    K)."""
+    """Whether candidates agree with what `react` and `move` mean after the codes (...) of both labels: (..., K)."""
     mine, theirs, following = decode(own), decode(opponent), decode(candidates)
     kick = np.zeros(theirs.shape[:-1], dtype=bool)
     punch = kick.copy()

@@ -156,7 +156,7 @@ class DuelModel:
     """Everything learned from a stream.
 
     Attributes:
-        fps: of the stream [1/s]; frame numbers in the graph count these.
+        fps: frame rate of the stream [1/s]; frame numbers in the graph count these.
         goal_delay: time after an action begins at which a goal is reached [s].
         graph: B, G1, G2, C, R.
         basis: principal components of the local poses.

@@ -34,8 +34,8 @@ class PositionSettings:
 
     Attributes:
         longest_gap_s: shorter gaps of a joint are interpolated, a longer one is an error [s].
-        cutoff_hz: low-pass of the positions (Butterworth, order 4, no delay); 0 for none. Joints of fast kicks move
-            little above 6 Hz, a depth camera's jitter mostly does [1/s].
+        cutoff_hz: low-pass of the positions (Butterworth, order 4, no delay); 0 for none. Fast kicks move joints little
+            above 6 Hz; a depth camera's jitter is mostly above [1/s].
         lowest_fps: slower recordings are interpolated to a whole multiple of their rate, since feet and accelerations
             are judged frame by frame [1/s].
     """
@@ -64,7 +64,7 @@ class Recording:
         path: the file.
         positions: (T, people, J, 3) in file units and axes; NaN where a joint was not seen.
         names: J joint names.
-        fps: [1/s].
+        fps: frame rate [1/s].
     """
 
     path: Path
@@ -115,10 +115,9 @@ def position_clip(
     joint_map: Mapping[str, str] | None = None,
     settings: PositionSettings = DEFAULT_SETTINGS,
 ) -> SourceClip:
-    """One person's clip for `retarget_clip`, in file units and axes: joints named by our parts, orientations from
-    positions.
+    """One person's clip for `retarget_clip`, in file units and axes, with joints named by our parts.
 
-    The clip's notes say what was interpolated, filtered and estimated.
+    Orientations follow from positions. The clip's notes say what was interpolated, filtered and estimated.
 
     Args:
         recording: the file.
@@ -174,8 +173,7 @@ def centres(recording: Recording) -> FloatArray:
 def fill_gaps(
     path: Path, recording: Recording, person: int, joints: list[int], longest_s: float
 ) -> tuple[FloatArray, int]:
-    """Interpolate joints of a person linearly over gaps of up to `longest_s` [s]; at the ends the nearest position is
-    held.
+    """Interpolate a person's joints linearly over gaps up to `longest_s` [s]; at the ends the nearest one is held.
 
     Returns:
         (T, J, 3) positions, complete for these joints, and the number of positions filled in.

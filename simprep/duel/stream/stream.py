@@ -113,7 +113,7 @@ class StreamReport:
 
     Attributes:
         frames: number of frames.
-        fps: [1/s].
+        fps: frame rate [1/s].
         duration_s: recorded time [s].
         clips: number of clips.
         distance_m: horizontal root distance: smallest, median, largest [m].
@@ -149,9 +149,8 @@ def facing_error(stream: DuelStream) -> FloatArray:
 def swapped_frames(roots: FloatArray, fps: float, seams: Sequence[int] = ()) -> NDArray[np.intp]:
     """First frames (N,) in which two tracked people have exchanged names.
 
-    Both roots (T, 2, 2 or 3) [m] jump faster than `SWAP_SPEED`, while exchanged they move less than half as far. The
-    jump takes one frame, or two where interpolation to another frame rate put a frame between. Nothing is compared
-    across seams.
+    Both roots (T, 2, 2 or 3) [m] jump faster than `SWAP_SPEED`, while exchanged they move less than half as far: within
+    one frame, or two where interpolation put a frame between. Nothing is compared across seams.
     """
     found: list[int] = []
     for lag in (1, 2):

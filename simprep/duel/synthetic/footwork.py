@@ -102,10 +102,10 @@ def foot_path(
     flights: FloatArray,
     cuts: NDArray[np.int64],
 ) -> FootPath:
-    """Path of foot `side` (0 left, 1 right).
+    """Path of one foot.
 
     Args:
-        side: see above.
+        side: 0 left, 1 right.
         stays: of this foot.
         channels: (T, channels) postures, for roll and pivot.
         flights: (N + 1,) how long the body flies around each cut [s].

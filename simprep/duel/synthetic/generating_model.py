@@ -99,8 +99,7 @@ def _followed(temper: Temper, own: str, context: str) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Footing:
-    """On which foot actions end; `change` is the probability that it is another one, by the longest fitting end of the
-    kind."""
+    """On which foot actions end: `change` is the probability of another one, by the longest fitting end of the kind."""
 
     change: Mapping[str, float]
 

@@ -1,5 +1,4 @@
-"""Height of the centre of mass over a row of actions, each with one peak of the contact force and a minimum at its
-ends.
+"""Height of the centre of mass over actions, each with one peak of the contact force and a minimum at its ends.
 
 The vertical acceleration runs in half cosine waves from the minimum at a cut to the peak and on to the next minimum.
 Height and time of the peak follow from the wish that the body has a given height and no vertical speed at each cut.

@@ -41,11 +41,9 @@ than this then [m]."""
 TOLERANCE_M, PASSES = 3e-4, 8
 """How exactly the centre of mass follows its path where the legs reach, and after how many passes it is left [m]."""
 MISSED_M, BENT, DIP_M, YIELDS = 0.005, np.radians(2.0), 0.01, 6
-"""A foot that is missed by more [m], a leg bent beyond its range by more [rad] or a swinging foot below the floor by
-more [m] yields, at most so often."""
+"""A foot missed by more [m], a leg bent too far [rad] or a foot in the floor by more [m] yields, so often at most."""
 DEEP_M, CLEAR_S = 0.05, 0.05
-"""A swinging foot this deep in the floor leaves its own angles for its path; over which time before and after it rises
-[m, s]."""
+"""A swinging foot this deep in the floor [m] follows its path, which rises so long before and after [s]."""
 SOLE_M = 0.16
 """Ankle to toes [m]."""
 LEAN_S, LEAN_M = 0.10, 0.02
@@ -107,8 +105,7 @@ def perform(fighter: Fighter, rng: np.random.Generator) -> Performance:
 
 
 def _yield(channels: FloatArray, missed: FloatArray, excess: FloatArray, plan: Plan, com: FloatArray) -> FloatArray:
-    """What a body does whose leg is too short or too stiff for a stance; feet change in place, the lean (T, 2) is
-    returned.
+    """What a body does whose leg is too short or too stiff; feet change in place, the lean (T, 2) is returned.
 
     The heel rises where the ankle would bend too far or the leg does not reach, the foot pivots where the hip would
     turn too far, and the body stays nearer to a foot that it misses.

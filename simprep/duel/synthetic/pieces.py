@@ -19,15 +19,14 @@ from simprep.motion.rotations import rotation_matrix
 
 FloatArray = NDArray[np.float64]
 FIRST_HINGE, PITCH, PIVOT = 3, -4, -2
-"""Channels of a posture: yaw, pitch, roll of the pelvis; hinges; and, counted from the end, pitch of the feet and
-pivot of the feet [rad]."""
+"""Channels of a posture [rad]: yaw, pitch, roll of the pelvis; hinges from the first; pitch and pivot of the feet."""
 AFTER_GUARD_S = 0.80
 """Boxing motions end this long after they are back in guard [s]."""
 THROUGH_FRAMES, LEAD_IN, LEAD_OUT = 3, 14, 10
 """From contact of a punch to its end; how long before lift-off and after touch-down a kick is used."""
 
 SURFACE_M = 0.21
-"""From a wrist or ankle to the knuckles or the ball of the foot, and from the target's surface to above its pelvis [m]."""
+"""From wrist or ankle to knuckles or ball of the foot, plus from the target's surface to above its pelvis [m]."""
 
 PUNCHES = {
     ("left", "lead"): ("jab_left_head", "jab_left_body", "hook_left_head", "hook_left_body"),

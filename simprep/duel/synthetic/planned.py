@@ -22,7 +22,7 @@ class Step:
 
     Attributes:
         foot: 0 left, 1 right.
-        lift: share of the action at which it leaves the floor; below 0: in the action before.
+        lift: share of the action at which it leaves the floor; negative: it is in the air already.
         land: the same for touch-down; above 1: in the next action.
         place: (2,) where it is put down, world [m].
         toes: direction of the foot then, world [rad].

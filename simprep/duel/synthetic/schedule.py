@@ -25,8 +25,7 @@ STANCE_M = np.array([[0.24, 0.16], [0.56, 0.34]])
 STRIDE_M = np.array([[-0.10, 0.14], [0.66, 0.40]])
 """Shortest and longest distance of the feet, along and across, where a step leads; the same between two steps [m]."""
 PUNCH_LEAN_M, KICK_LEAN_M = -0.18, 0.10
-"""How much nearer the roots are than the middles of the stances when a punch, and the standing foot when a kick, is out
-[m]."""
+"""How much nearer the roots are than the middles of the stances at a punch, than the standing foot at a kick [m]."""
 NEAREST_M = 0.62, 0.85
 """Nobody steps nearer than this in an attack, and otherwise, middle of the stance to middle of the stance [m]."""
 MISS_M = 0.08

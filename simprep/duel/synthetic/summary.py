@@ -26,7 +26,7 @@ def summarise_synthetic(made: SyntheticStream) -> dict[str, Any]:
         | `reaction_s` | from the beginning of an attack to that of the first fitting action during it, percentiles |
         | `answered_share` | attacks during which the opponent begins a fitting reaction |
         | `facing_deg` | of the pelvis from the direction of the other, percentiles |
-        | `foot_missed_mm` | distance of a supporting foot from its place where a leg is too short: 99th percentile, largest |
+        | `foot_missed_mm` | how far a supporting foot misses its place (short legs): 99th percentile, largest |
     """
     stream, truth = made.stream, made.truth
     kinds = [KIND_OF[tuple(int(index) for index in row)] for row in truth.qualifiers]
