@@ -301,7 +301,7 @@ def plant(
         contacts = contacts & ~wide
         made = _plant(qpos, contacts, fps, character, standing)
     depth = -made.kinematics.foot_points[..., 2].min(axis=(1, 2))
-    if depth.max() > DEEP_M:  # no knee bends so far
+    if depth.max() > DEEP_M:  # no knee bends so far: the pelvis must not sink so low
         wider = maximum_filter1d(np.maximum(depth, 0.0), 2 * round(SINK_S * fps) + 1, mode="nearest")
         qpos[:, 2] += gaussian_filter1d(wider, 0.5 * SINK_S * fps, mode="nearest") * start
         made = _plant(qpos, contacts, fps, character, standing)

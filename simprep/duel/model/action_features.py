@@ -200,6 +200,7 @@ def summarise_actions(tracks: PairTracks, actions: ActionList, basis: PoseBasis)
         own = actions.of(player)
         parts.append(_summaries(track, actions.start[own], actions.end[own], tracks.fps))
     return ActionSummaries(
+        # B is sorted by player
         *(np.concatenate([getattr(part, name) for part in parts]) for name in ActionSummaries.__dataclass_fields__)
     )
 
@@ -295,6 +296,7 @@ def _summaries(track: FloatArray, start: IntArray, end: IntArray, fps: float) ->
     centre = track.mean(axis=0)
     running = np.concatenate([np.zeros((1, track.shape[1])), np.cumsum(track - centre, axis=0)])
     mean = (running[end] - running[start]) / frames[:, None] + centre
+    # the mean difference of neighbours telescopes to that of the ends
     change = (track[end - 1] - track[start]) * (fps / (frames - 1))[:, None]
     return ActionSummaries(
         mean[:, :2],

@@ -217,7 +217,7 @@ class SemiTied:
                 weighted = ((count / variance[:, i]) @ packed)[entries]
                 direction = np.linalg.solve(weighted, inverse[:, i])
                 row = direction * np.sqrt(total / (inverse[:, i] @ direction))
-                # Sherman-Morrison
+                # update of the inverse for the exchanged row (Sherman-Morrison)
                 change = (row - rows[i]) @ inverse
                 inverse -= inverse[:, i, None] * change / (1 + change[i])
                 rows[i] = row

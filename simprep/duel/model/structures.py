@@ -193,6 +193,7 @@ def link_actions(player: ArrayLike, start: ArrayLike, end: ArrayLike, label: Arr
     player, start, end, label, clip = (column[order] for column in (player, start, end, label, clip))
     same = player[1:] == player[:-1]
     _refuse(np.append(same & (end[:-1] > start[1:]), False), player, start, "it overlaps the player's next")
+    # each frame belongs to one clip, so clip numbers rise within a player
     _refuse(np.append(same & (clip[1:] < clip[:-1]), False), player, start, "clip numbers fall after it")
 
     following = np.full(len(player), NONE)

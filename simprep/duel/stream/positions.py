@@ -289,6 +289,7 @@ def _assemble(recording: Recording, at: dict[str, FloatArray], fps: float, notes
         parent |= {f"{side}_thigh": "hips", f"{side}_upper_arm": trunk}
         for chain in (("thigh", "shank", "foot", "toe"), ("upper_arm", "forearm", "hand")):
             parent |= {f"{side}_{lower}": f"{side}_{upper}" for upper, lower in pairwise(chain)}
+    # a tree lists parents first; the names above already do
     parents = np.array([names.index(parent[name]) if name in parent else -1 for name in names], dtype=np.intp)
     positions = np.stack([at[name] for name in names], axis=1)
     pelvis = frame_from(at["left_thigh"] - at["right_thigh"], at["neck"] - at["hips"])

@@ -114,7 +114,7 @@ def _truth(
     rows = rows[order]
     answers = np.full(len(rows), -1, dtype=np.int64)
     for number, (player, _, _, clip, _, within, _) in enumerate(rows):
-        if within >= 0:
+        if within >= 0:  # counted within the clip so far
             theirs = np.flatnonzero((rows[:, 0] != player) & (rows[:, 3] == clip))
             answers[number] = theirs[within]
     return Truth(

@@ -276,6 +276,7 @@ def _postures(
             posture = pieces.back_and_out(found, found, shares, amplitude, amplitude)
         elif kind.endswith("_up"):
             lift = next(step.lift for step in reversed(action.steps) if step.foot == side)
+            # out of a jump the body turns into the kick when it has left the floor
             lift = 0.68 if "jump" in kind else min(lift, 0.6)
             posture = pieces.way_out(found, shares, amplitude, lift)
         elif kind.endswith("_down"):
