@@ -1,7 +1,7 @@
-"""From a stream to a model: segmentation, labels, structures, transition model and its evaluation, in one go.
+"""From a stream to a model: segmentation, labels, structures, transition model and its evaluation.
 
-Where the truth of a synthetic stream is known, a tenth of the actions counts as annotated by a person who follows the
-proposals, and every stage is compared with the truth.
+The truth of a synthetic stream, where known, annotates a tenth of the actions, as a person would who follows the
+proposals, and every stage is compared with it.
 """
 
 import time
@@ -32,7 +32,7 @@ from simprep.threads import one_thread
 IntArray = NDArray[np.int64]
 SCHEMA = "simprep.duel_analysis/1"
 TOLERANCE_S = 0.05
-"""A cut is found where one lies this near: three frames at 60 per second [s]."""
+"""Farthest that a found cut lies from a true one: three frames at 60 per second [s]."""
 ROUNDS = 10
 """In how many rounds proposed actions are annotated."""
 STAGES = ("kinematics", "segmentation", "labels", "structures", "model", "evaluation")
@@ -174,7 +174,7 @@ def compare_with_truth(
     rng: np.random.Generator,
     splits: int,
 ) -> dict[str, Any]:
-    """All comparisons with the truth.
+    """All comparisons of found cuts and given labels with the truth.
 
     Args:
         stream: two people.
@@ -196,7 +196,7 @@ def compare_with_truth(
         | `label_confusion` | the same as matrices, truth by row |
         | `rules_on_true_cuts` | share of right `react` and `move` given true cuts and learned aspects; `move` with the
           stream's contacts, and `move_detected` with contacts detected in the poses |
-        | `label_logprob` | held out, on true cuts and labels: eq7, eq8, eq9, ... and truth, all on the same transitions |
+        | `label_logprob` | held out, on true cuts and labels: eq7, eq8, eq9, ... and truth, on the same transitions |
         | `label_logprob_recognised` | the same models on the cuts and labels found, where the truth has no say |
         | `label_relative_to_truth` | how far each model is below the truth, as a share of the truth's |
         | `label_total_variation` | mean distance of P(l'|l1,l2) to the truth's |
@@ -231,13 +231,7 @@ def compare_with_truth(
 
 
 def cut_scores(found: Cuts, truth: Cuts, tolerance: float) -> tuple[float, float, float, float]:
-    """F1, precision, recall and mean absolute error [frames] of cuts; each matches at most one, in order of time.
-
-    Args:
-        found: cuts.
-        truth: cuts of the same stream.
-        tolerance: farthest apart [frames].
-    """
+    """F1, precision, recall and mean absolute error [frames] of cuts within a tolerance [frames], each matched once."""
     hits, errors, counts = 0, 0.0, [0, 0]
     for ours, true in zip(found.frames, truth.frames):
         pairs = match_frames(ours, true, tolerance)
@@ -268,13 +262,7 @@ def match_frames(ours: IntArray, true: IntArray, tolerance: float) -> IntArray:
 
 
 def match_actions(table: IntArray, truth: IntArray, tolerance: float) -> IntArray:
-    """(S,) row of the true action whose beginning and end both lie within a tolerance, or -1.
-
-    Args:
-        table: (S, 4) actions found.
-        truth: (R, 4) true actions.
-        tolerance: farthest apart [frames].
-    """
+    """(S,) row of the true action (R, 4) for each found (S, 4), both ends within a tolerance [frames]; or -1."""
     out = np.full(len(table), -1, dtype=np.int64)
     for player in range(2):
         ours, true = np.flatnonzero(table[:, 0] == player), np.flatnonzero(truth[:, 0] == player)
@@ -285,13 +273,7 @@ def match_actions(table: IntArray, truth: IntArray, tolerance: float) -> IntArra
 
 
 def annotate_from_truth(truth: Truth, match: IntArray, share: float, rng: np.random.Generator) -> Annotations:
-    """What a person would have annotated: a random share of the actions that are rightly cut.
-
-    Args:
-        truth: of the stream.
-        match: (S,) row of the truth for each action, or -1.
-        share: of all actions.
-        rng: chooses them.
+    """A random share of all actions, annotated; `match` (S,) is each one's row of the truth, -1 where wrongly cut.
 
     Raises:
         SettingError: fewer actions are rightly cut than should be annotated.
@@ -307,14 +289,9 @@ def annotate_from_truth(truth: Truth, match: IntArray, share: float, rng: np.ran
 def annotate_as_proposed(
     truth: Truth, match: IntArray, share: float, features: NDArray[np.float64], character: Character
 ) -> Annotations:
-    """What a person would have annotated who follows the proposals (`labelling.propose`), a tenth of them at a time.
+    """Annotations of a person who follows the proposals (`labelling.propose`), a tenth of the share at a time.
 
-    Args:
-        truth: of the stream.
-        match: (S,) row of the truth for each action, or -1; those are passed over.
-        share: of all actions.
-        features: (S, F) of all actions.
-        character: whose actions they are.
+    Arguments as of `annotate_from_truth`; `features` (S, F) are of all actions.
     """
     wrong = np.flatnonzero(match < 0)
     count = max(2, round(share * len(match)))

@@ -1,7 +1,7 @@
 """A fighter who waits answers an attack in time: its own action ends early, a reaction time after the attack begins.
 
-Not in the 2008 paper, whose fighters look at each other only when an action of theirs has ended by itself. In the examples the
-waiting fighter's actions end when an attack calls for it; the reaction times are theirs.
+Not in the 2008 paper, whose fighters look at each other only when an own action has ended. In the examples an attack
+ends the waiting fighter's action; the reaction times are taken from them.
 """
 
 from collections.abc import Callable
@@ -18,7 +18,7 @@ from simprep.errors import SettingError
 
 FloatArray = NDArray[np.float64]
 SHORTEST_S = 0.3
-"""An action is not ended earlier than this after it began [s]."""
+"""Least length of an action that ends early [s]."""
 SPARE_S = 0.05
 """A reaction begins at least so long before the attack ends [s]."""
 
@@ -28,7 +28,7 @@ class Alertness:
     """How fast who answers.
 
     Attributes:
-        to_punch: reaction times to choose from: from the beginning of a punch to that of the answer [s].
+        to_punch: reaction times to choose from, from the beginning of a punch to that of the answer [s].
         to_kick: the same of kicks [s].
         players: who is alert.
 
@@ -50,16 +50,13 @@ class Alertness:
     def of(
         cls, graph: CoupledGraph, fps: float, until: int | None = None, players: tuple[int, ...] = PLAYERS
     ) -> "Alertness | None":
-        """The examples' reaction times: how long after an attack began a waiting fighter began to answer it.
+        """The examples' reaction times; None where nobody answers a punch, or nobody a kick.
 
         Args:
             graph: of the stream.
             fps: frames per second [1/s].
             until: frame from which on the examples are not used; None: all are.
             players: who will be alert.
-
-        Returns:
-            The times; None where nobody answers a punch, or nobody a kick.
         """
         actions = graph.actions
         found: dict[int, list[float]] = {PUNCH: [], KICK: []}
@@ -79,14 +76,10 @@ class Alertness:
         return cls(np.array(found[PUNCH]), np.array(found[KICK]), players)
 
     def watch(self, bout: Bout, begun: FightAction) -> int | None:
-        """After a step: let the other fighter end its action early if it waits and an attack has begun.
-
-        Args:
-            bout: the fight.
-            begun: what has just begun.
+        """Let the other fighter end its action early if it waits and the action just begun is an attack.
 
         Returns:
-            The frame at which the other now chooses; None: its action goes on as it would.
+            The frame at which the other now chooses; None: its action goes on.
         """
         kind, other = reaction_to(begun.label), 1 - begun.player
         waiting = bout.current(other)

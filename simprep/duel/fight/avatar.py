@@ -1,11 +1,11 @@
-"""Interactive mode: a fighter whose next action and place a user asks for, at any time.
+"""Interactive mode: a user asks for a fighter's next action and place, at any time.
 
-Source: the 2008 paper, section 5.2. An action is asked for by its kind, looked up in the action table R, and chosen among the
-answering labels by the transition model; a place is a point on the floor where the root should be 0.5 s after the next
-action begins (Eq. 13). Without a request the avatar acts by itself, in response to the opponent.
+Source: the 2008 paper, section 5.2. The kind of action asked for is looked up in the action table R, and the transition
+model chooses among the answering labels. A place is where the root should be on the floor 0.5 s after the next action
+begins (Eq. 13). Without a request the avatar acts by itself.
 
-Ours: an arm or leg that is out is first taken back where the examples never go from it straight to what is asked for, and
-those examples are preferred that lead to the goal from where the avatar stands (`Steering`).
+Ours: a limb that is out is first taken back where the examples never go from it straight to what is asked for, and
+examples are preferred that lead to the goal from where the avatar stands (`Steering`).
 """
 
 from dataclasses import dataclass
@@ -36,10 +36,10 @@ class Steering:
 
     Attributes:
         density: the choice is weighed by Eq. 13 instead of Eq. 6.
-        spread_m: it is also weighed by a Gaussian of this standard deviation around where each example leads from here
-            [m]; infinity: not so.
-        drift_m: so far at most the placement drifts to the goal, where the chosen example does not lead there by itself
-            [m]; farther drifts would let feet slide. 0: the drift is that of every action.
+        spread_m: it is also weighed by a Gaussian of this standard deviation around where each example leads [m];
+            infinity: not so.
+        drift_m: farthest drift of the placement to a goal to which the example does not lead by itself [m]; farther,
+            feet would slide. 0: the drift is that of every action.
 
     Raises:
         SettingError: values out of range.
@@ -88,10 +88,10 @@ class Avatar:
         model: with the example motions.
         player: 0 or 1, whom the user controls.
         steering: None for the default.
-        script: timed requests, if any.
+        script: timed requests.
 
     Raises:
-        SettingError: a request of the script for an attack that this player has not in the examples.
+        SettingError: the script asks for an attack that this player has not in the examples.
 
     Attributes:
         answers: what became of the requests so far, in order of time.
@@ -120,15 +120,12 @@ class Avatar:
             self.request(one.action, one.goal, one.time)
 
     def request(self, action: str = "", goal: tuple[float, float] | None = None, time: float = 0.0) -> Request:
-        """Ask for something.
+        """Ask for something; the request is found in `answers` later.
 
         Args:
             action: kind of attack (`structures.REQUESTS`: kick, punch, left kick, ...); empty for any action.
             goal: (x, y) where the root should be 0.5 s after the next action begins, on the floor of the world [m].
             time: from which on the request counts [s]; 0: from now on.
-
-        Returns:
-            The request, to be found in `answers`.
 
         Raises:
             UnknownNameError: no such kind of attack.
@@ -168,7 +165,7 @@ class Avatar:
         return Choice(choice.example, text, choice.goal, choice.goal_s)
 
     def _answering(self, action: str) -> BoolArray:
-        """(K,) candidates that answer, by the action table R."""
+        """(K,) candidates that answer."""
         nodes = self._graph.table.answering(self.player, action)
         return np.isin(self._codes, self._graph.graphs[self.player].labels[nodes])
 
@@ -209,15 +206,9 @@ class Avatar:
 
 
 def displacements(model: FightModel, player: int, actions: NDArray[np.int64]) -> FloatArray:
-    """Where actions lead: the root's way on the floor since they began, in the axes of the heading they began with.
+    """Where actions (S,) lead: the root's way on the floor (S, 2) in the axes of the heading they begin with [m].
 
-    Args:
-        model: with the example motions.
-        player: who performs them.
-        actions: (S,) numbers in B.
-
-    Returns:
-        (S, 2) after the delay of goals [m]; beyond a clip's end: as at its end.
+    Ways end after the delay of goals, or with the clip.
     """
     graph, stream = model.model.graph, model.stream
     qpos = stream.players[player].qpos

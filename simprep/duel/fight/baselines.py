@@ -1,6 +1,6 @@
 """What the transition model is compared with: fighters who do not look at each other, and a random walk.
 
-They differ from the automatic mode in the choice of actions alone; everything else of synthesis is the same.
+They differ from the automatic mode in the choice of actions alone.
 """
 
 from dataclasses import dataclass, field
@@ -21,10 +21,7 @@ FloatArray = NDArray[np.float64]
 
 
 def own_motion(parameters: FloatArray) -> FloatArray:
-    """The part of parameters n that does not depend on where the opponent is.
-
-    Args:
-        parameters: (..., 2 (3 + k)) as from `action_features.action_parameters`.
+    """The part of parameters n (..., 2 (3 + k)) that does not depend on where the opponent is.
 
     Returns:
         (..., 2 k + 3): pose, velocity in the axes of the own heading, turning rate, change of the pose.
@@ -36,10 +33,10 @@ def own_motion(parameters: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class IndependentChooser:
-    """A single-player graph: labels by P(l1' | l1) P(u1 | l1')^w, examples by P(u1 | u1', l1')^w; the opponent is ignored.
+    """A single-player graph: labels by P(l1' | l1) P(u1 | l1')^w, examples by P(u1 | u1', l1')^w.
 
-    The counterpart of `drawing.DrawingChooser` for one fighter alone, u being the own motion (`own_motion`): learned from the
-    same examples, with the same weights and the rule for `move`.
+    `drawing.DrawingChooser` for one fighter alone, u being the own motion (`own_motion`): learned from the same
+    examples, with the same weights and the rule for `move`.
 
     Attributes:
         model: of this player.
@@ -66,13 +63,7 @@ class IndependentChooser:
 
     @classmethod
     def of(cls, model: DuelModel, player: int, settings: DrawSettings | None = None) -> "IndependentChooser":
-        """Learn from the transitions that the player's model has learned from.
-
-        Args:
-            model: of both.
-            player: 0 or 1.
-            settings: None for the defaults.
-        """
+        """Learn from the transitions that the model of player 0 or 1 has learned from."""
         own = model.players[player]
         steps = model.graph.actions.transitions(player)
         steps = steps.subset(np.flatnonzero(np.isin(steps.current, own.examples) & np.isin(steps.next, own.examples)))
@@ -98,11 +89,7 @@ class IndependentChooser:
 
 @dataclass(frozen=True)
 class RandomChooser:
-    """A random walk: every label that the player has is as likely, and each of its examples.
-
-    Attributes:
-        model: of this player.
-    """
+    """A random walk: all labels of the player's model are equally likely, and all examples of each."""
 
     model: TransitionModel
 

@@ -1,7 +1,6 @@
-"""Who decides what a fighter does next: the moment of choice, and the transition model as the one that chooses.
+"""Who decides what a fighter does next (2008 paper, section 5.1.1).
 
-Source: the 2008 paper, section 5.1.1. Synthesis asks a chooser whenever an action ends; modes and baselines differ only
-in their choosers.
+Synthesis asks a chooser whenever an action ends; modes and baselines differ only in their choosers.
 """
 
 from dataclasses import dataclass
@@ -27,10 +26,10 @@ class Situation:
         opponent_label: code of what the opponent is doing.
         own: (P,) parameters n1 of the own action in `frame`.
         opponent: (P,) parameters n2 of the opponent's in `frame`.
-        frame: reference frame of this moment (Fig. 9), to bring points of the world into.
+        frame: reference frame of this moment (Fig. 9).
         example: index in B of the own action that ends; -1 where it is none of the model's.
-        position: (2,) own root on the floor at this moment, world [m]; None where the caller does not know.
-        heading: own heading at this moment, world [rad]; None where the caller does not know.
+        position: (2,) own root on the floor of the world [m]; None: unknown.
+        heading: own heading in the world [rad]; None: unknown.
     """
 
     player: int
@@ -52,8 +51,8 @@ class Choice:
     Attributes:
         example: index in B of the action to perform.
         request: the user's request that it answers; empty for none.
-        goal: (2,) where the root should be `goal_s` after the action begins, on the floor of the world [m]: the drift of
-            the placement aims at it instead of the original placement. None: no such wish.
+        goal: (2,) where the root should be `goal_s` after the action begins, on the floor of the world [m]; the
+            placement drifts there instead of to the original one. None: no such wish.
         goal_s: see there [s].
     """
 
@@ -67,22 +66,13 @@ class Chooser(Protocol):
     """Chooses the next action of one fighter."""
 
     def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
-        """The next action.
-
-        Args:
-            situation: of the fighter.
-            rng: source of chance, the fight's only one.
-        """
+        """The next action; `rng` is the fight's only source of chance."""
         ...
 
 
 @dataclass(frozen=True)
 class ModelChooser:
-    """Draws by the learned transition model to the letter of Eq. 6 and 12 (the automatic mode: `simprep.duel.fight.drawing`).
-
-    Attributes:
-        model: of this player.
-    """
+    """Draws by a player's transition model to the letter of Eq. 6 and 12 (the automatic mode: `fight.drawing`)."""
 
     model: TransitionModel
 

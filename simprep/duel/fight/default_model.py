@@ -1,4 +1,4 @@
-"""The model that fights where none is given: of the built-in kickboxing stream, made once and kept in the cache folder."""
+"""The model that fights where none is given, of the built-in kickboxing stream: made once, kept in the cache folder."""
 
 import contextlib
 from collections.abc import Callable
@@ -25,11 +25,7 @@ Progress = Callable[[str, float], None]
 
 
 def fight_model(path: str | Path | None = None, progress: Progress | None = None) -> FightModel:
-    """The model to fight with.
-
-    Args:
-        path: a folder that `simprep duel analyse` wrote, or the model in it; None: the built-in kickboxing stream's.
-        progress: see `Progress`; nothing is said of a model that is only read.
+    """The model in a folder that `simprep duel analyse` wrote; None: the built-in kickboxing stream's.
 
     Raises:
         MotionFileError: see `read_fight_model`.
@@ -38,14 +34,10 @@ def fight_model(path: str | Path | None = None, progress: Progress | None = None
 
 
 def default_fight_model(progress: Progress | None = None, settings: SyntheticSettings | None = None) -> FightModel:
-    """The built-in stream's model: from the cache, or made (about a minute) and put there.
+    """The built-in stream's model: from the cache, or made (about a minute) and put there; a damaged one is made anew.
 
-    A tenth of the actions is annotated from the stream's truth, those that `simprep duel label` would ask for. A
-    damaged cache only means that it is made anew.
-
-    Args:
-        progress: see `Progress`.
-        settings: of the stream; None: the kickboxing preset. Others are not cached.
+    A tenth of the actions, those that `simprep duel label` would ask for, is annotated from the stream's truth. Streams
+    of other settings than the kickboxing preset's are not cached.
 
     Raises:
         MissingExtraError: scikit-learn is not installed.
@@ -64,7 +56,7 @@ def default_fight_model(progress: Progress | None = None, settings: SyntheticSet
 
 
 def model_analysis() -> "AnalysisSettings":
-    """How a built-in stream is analysed for its model: annotated as proposed; of the evaluation, which no one reads, the least."""
+    """How a built-in stream is analysed for its model: annotated as proposed, with the least evaluation."""
     from simprep.duel.analysis import AnalysisSettings
     from simprep.duel.model.evaluation import EvaluationSettings
     from simprep.duel.model.semi_tied import PRIOR_COUNT

@@ -1,17 +1,14 @@
-"""How the automatic mode draws the next action: Eq. 6 with three corrections that next labels held out ask for.
+"""How the automatic mode draws the next action: Eq. 6 with three corrections that held-out labels ask for.
 
-Source: the 2008 paper, section 5.1.1. Read literally, Eq. 6 with the best example of each label (Eq. 12) predicts which label
-follows in held-out data far worse than the label model alone (built-in kickboxing stream: -9.7 to -12 nats against -3.5),
-and fights made with it stand still: labels whose examples lie close together win, whatever happens. Here
+Source: the 2008 paper, section 5.1.1. Read literally (`choice.ModelChooser`), Eq. 6 with the best example of each label
+(Eq. 12) predicts held-out labels far worse than the label model alone, and labels whose examples lie close together win
+whatever happens: fights stand still. Here
 
-- the label is drawn by P(l1' | l1, l2) P(n1, n2 | l1')^w: the next action's own parameters, not yet known, are integrated out,
-  and the geometry counts with a weight w below 1, since it repeats much of what l1 and l2 already say (-2.8 nats at 0.1);
-- labels that contradict the rules by which `react` and `move` were given (section 3.2.2) are left out: an action reacts to what
-  the opponent is doing, and begins on the foot that the last one ended on (-2.2 nats);
-- the example is drawn by P(n1, n2 | n1', l1')^w, as examples are samples of P(n1' | l1') already; the best one alone would lead to
-  the middle of the label again and again.
-
-`choice.ModelChooser` keeps to the letter.
+- the label is drawn by P(l1' | l1, l2) P(n1, n2 | l1')^w: the next action's own parameters, not yet known, are
+  integrated out, and the geometry counts with a weight w below 1, since it repeats much of what l1 and l2 already say;
+- labels that contradict the rules for `react` and `move` (section 3.2.2) are left out;
+- the example is drawn by P(n1, n2 | n1', l1')^w, as examples are samples of P(n1' | l1') already; the best one alone
+  would lead to the middle of the label again and again.
 """
 
 from dataclasses import dataclass, field
@@ -36,8 +33,7 @@ class DrawSettings:
     """How to draw.
 
     Attributes:
-        label_weight: w of the geometry among labels; 0: labels alone. 0.1 predicts held-out labels best on both built-in
-            streams, for either player (of 0, 0.1, 0.15, 0.2, 0.3, 0.5, 1).
+        label_weight: w of the geometry among labels; 0: labels alone. 0.1 predicts held-out labels best.
         example_weight: w of the geometry among the examples of the label.
         rules: leave out labels that contradict the rules for `react` and `move`.
 
@@ -56,12 +52,7 @@ class DrawSettings:
 
 @dataclass(frozen=True)
 class DrawingChooser:
-    """Draws labels and examples as above; a `choice.Chooser`.
-
-    Attributes:
-        model: of this player.
-        settings: None for the defaults.
-    """
+    """Draws labels and examples by one player's model, as the module says; a `choice.Chooser`."""
 
     model: TransitionModel
     settings: DrawSettings = field(default_factory=DrawSettings)
@@ -79,13 +70,7 @@ class DrawingChooser:
         return Choice(self.draw(situation, rng))
 
     def draw(self, situation: Situation, rng: np.random.Generator, allowed: BoolArray | None = None) -> int:
-        """The next action's number in B.
-
-        Args:
-            situation: of the fighter.
-            rng: source of chance.
-            allowed: (K,) candidates that may be chosen; at least one. None: all.
-        """
+        """The next action's number in B; `allowed` (K,) candidates are drawn from, at least one; None: all."""
         chances = self.label_probabilities(situation, allowed)
         label = int(rng.choice(len(chances), p=chances))
         own = np.flatnonzero(self.model.candidate == label)
@@ -110,20 +95,20 @@ class DrawingChooser:
 
 
 def shares(logs: FloatArray) -> FloatArray:
-    """Logarithms of weights (N,), at least one finite, made a distribution."""
+    """Distribution from the logarithms of weights (N,), at least one finite."""
     weight = np.exp(logs - logs.max())
     return np.asarray(weight / weight.sum())
 
 
 def begins_where(codes: NDArray[np.int64], own_label: int) -> BoolArray:
-    """(K,) whether labels begin on the foot that an own label ended on, by the rule for `move`."""
+    """(K,) whether labels begin on the foot that an own label ended on."""
     moves = QUALIFIERS["move"]
     last = moves[int(decode([own_label])[0, _MOVE])][-1]
     return np.isin(decode(codes)[:, _MOVE], [index for index, move in enumerate(moves) if move[0] == last])
 
 
 class ConditionalDensities:
-    """P(g | l) and P(g | f, l) in well under a millisecond, of joint Gaussians of given g and following f by label.
+    """P(g | l) and P(g | f, l), fast, of joint Gaussians of given g and following f by label.
 
     Args:
         gaussians: P(g, f | l).
@@ -154,12 +139,6 @@ class ConditionalDensities:
         return np.asarray(self._norm - 0.5 * np.einsum("ki,ki->k", white, white))
 
     def given_examples(self, given: FloatArray, label: int, examples: NDArray[np.int64]) -> FloatArray:
-        """Log P(g | f, l) for some examples of a label, up to a common constant.
-
-        Args:
-            given: g.
-            label: number of the candidate.
-            examples: of it, counted among all examples.
-        """
+        """Log P(g | f, l) for some examples of candidate `label`, counted among all, up to a common constant."""
         white = self._left[label] @ given - self._expected[examples]
         return np.asarray(-0.5 * np.einsum("si,si->s", white, white))

@@ -1,7 +1,7 @@
 """The recorded actions, ready to be performed anew: poses, contacts, interaction moments, reference frames.
 
-Everything that does not depend on the fight is worked out once, so that synthesis is array work. Actions are numbered as in
-B of the model; actions of a further recording may be appended (`with_recording`), such as held-out attacks.
+All that does not depend on the fight is computed once. Actions are numbered as in B of the model; those of a further
+recording may be appended (`with_recording`), such as held-out attacks.
 """
 
 from dataclasses import dataclass, replace
@@ -27,7 +27,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 SMOOTHING_S = 0.02
-"""Standard deviation of the Gaussian that takes measurement noise out of recorded poses [s]."""
+"""Standard deviation of the Gaussian that removes noise from recorded poses [s]."""
 PLAY = np.radians(4.0)
 """A standing foot that turns by less than this does not pivot."""
 
@@ -52,7 +52,7 @@ class ExampleMotions:
     """Actions of one or more recordings with all that synthesis needs. Arrays are read-only by convention.
 
     Attributes:
-        fps: frames per second [1/s].
+        fps: frame rate [1/s].
         bodies: of players 0 and 1.
         actions: all actions; the first `known` are B of the model, frames are counted over all recordings.
         known: number of actions in B.
@@ -88,16 +88,12 @@ class ExampleMotions:
         """Examples of the stream that a model was learned from.
 
         Raises:
-            MotionError: another stream: of another frame rate, or too short for the model's actions.
+            MotionError: a stream of another frame rate, or too short for the model's actions.
         """
         return _examples(stream, model.graph.actions, model.basis, model.fps)
 
     def with_recording(self, stream: DuelStream, actions: ActionList) -> "ExampleMotions":
-        """The same with actions of another recording appended: action k of it becomes number `len(self.actions)` + k.
-
-        Args:
-            stream: of the same two bodies at the same rate.
-            actions: its actions, in its frames (`structures.link_actions`).
+        """The same with another recording's actions appended, in its own frames; they follow the present ones.
 
         Raises:
             MotionError: other bodies or another frame rate.
@@ -139,19 +135,14 @@ class ExampleMotions:
         )
 
     def excerpt(self, action: int, times: FloatArray) -> Excerpt:
-        """An action at any times, and what was recorded around it.
-
-        Args:
-            action: its number.
-            times: (F,) frames from its first one, fractions allowed. Beyond the clip the motion goes on as at its end.
-        """
+        """An action at times (F,) [frames from its first, fractions allowed]; beyond its clip as at the clip's end."""
         player = int(self.actions.player[action])
         first, after = self.bounds[np.searchsorted(self.bounds[:, 0], self.actions.start[action], side="right") - 1]
         wanted = self.actions.start[action] + times
         low = np.clip(np.floor(wanted).astype(np.int64), first, after - 2)
         share = (wanted - low)[:, None]
         a, b = self.qpos[player, low], self.qpos[player, low + 1]
-        qpos = a + share * (b - a)  # neighbours are so near that the straight way is the round one
+        qpos = a + share * (b - a)  # neighbours are near: the straight way is the round one
         qpos[:, 3:7] /= np.linalg.norm(qpos[:, 3:7], axis=1, keepdims=True)
         nearest = np.clip(np.round(wanted).astype(np.int64), first, after - 1)
         turning = self.turning[player, low] + share * (self.turning[player, low + 1] - self.turning[player, low])
@@ -170,10 +161,9 @@ class ExampleMotions:
         return int(a), int(b)
 
     def guard_frames(self, recordings: bool = False) -> IntArray:
-        """Frames at which a fight may begin: one action begins, both fighters stand in guard, and their clip goes on.
+        """Frames where a fight may begin: an action begins, both fighters stand in guard, and their clip goes on.
 
-        Args:
-            recordings: in the appended recordings instead of the model's stream.
+        They are of the model's stream, or with `recordings` of the appended ones.
         """
         picked = np.arange(len(self.actions)) >= self.known
         starts = np.unique(self.actions.start[picked == recordings])
@@ -243,7 +233,7 @@ def _in_guard(label: Label) -> bool:
 
 
 def _smooth(qpos: FloatArray, fps: float, bounds: IntArray) -> FloatArray:
-    """Poses without measurement noise, each clip by itself; quaternions of a clip in one winding."""
+    """Poses without noise, each clip by itself; quaternions of a clip in one winding."""
     out = qpos.copy()
     for first, after in bounds:
         part = out[first:after]
@@ -260,7 +250,7 @@ def _smooth(qpos: FloatArray, fps: float, bounds: IntArray) -> FloatArray:
 
 
 def _turning(heading: FloatArray, fps: float) -> FloatArray:
-    """Headings (F, 2) of feet without what a standing foot wobbles: they follow only when off by more than `PLAY`."""
+    """Headings (F, 2) of feet without wobbling: they follow only when off by more than `PLAY`."""
     out = np.unwrap(heading, axis=0)
     for side in range(2):
         track = out[:, side].tolist()

@@ -26,7 +26,7 @@ class FightAction:
         start: first frame in the fight.
         end: frame at which the player's next action begins, one past the last.
         label: label code of the example (`simprep.duel.labels.labels`).
-        example: index of the example action in B of the model; -1 where it is none of it (a held-out attack).
+        example: index of the example in B of the model; -1 where it is not in B (a held-out attack).
         moment: frame of the interaction moment, the peak of the contact force; -1 where there is none.
         request: the user's request that this action answers; empty for none.
     """
@@ -45,12 +45,12 @@ class Fight:
     """Two fighters' motions and the actions they are made of.
 
     Attributes:
-        stream: both motions, one clip. The last action of a player may be cut off by the end.
-        actions: of both, by player, then by first frame. Each player's actions follow each other without gaps from
-            frame 0 to the end of the stream.
+        stream: both motions, one clip.
+        actions: of both, by player, then by first frame. Each player's follow each other without gaps from frame 0 to
+            the end of the stream, which may cut off the last.
         mode: `automatic`, `interactive`, `passive`, or the name of a baseline.
         seed: of the source of chance.
-        record: whatever else belongs into a report: settings, the model's name.
+        record: what else a report needs: settings, the model's name.
 
     Raises:
         MotionError: actions that leave gaps, overlap, or do not reach from the first frame to the last.
@@ -80,7 +80,7 @@ class Fight:
 
     @property
     def table(self) -> IntArray:
-        """(S, 4) player, first frame, frame after the last, clip (0): as `Cuts.table` of a recorded stream."""
+        """(S, 4) player, first frame, frame after the last, clip (0), as `Cuts.table`."""
         return np.array([(one.player, one.start, one.end, 0) for one in self.actions], dtype=np.int64).reshape(-1, 4)
 
     @property

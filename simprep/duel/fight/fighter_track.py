@@ -1,4 +1,4 @@
-"""What one fighter has done so far in a fight that goes on: poses, contacts, and the actions performed."""
+"""What one fighter has done so far in a fight: poses, contacts, and the actions performed."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -16,7 +16,7 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Performed:
-    """An action of the fight with what later choices need.
+    """An action of the fight.
 
     Attributes:
         action: which, and when.
@@ -30,7 +30,7 @@ class Performed:
 
 
 class FighterTrack:
-    """What one fighter has done and will do until the end of the current action; grows as the fight goes on."""
+    """What one fighter has done and will do until the end of the current action."""
 
     def __init__(self) -> None:
         self.qpos = np.empty((0, 0))
@@ -41,7 +41,7 @@ class FighterTrack:
         self.done: list[Performed] = []
 
     def put(self, first: int, qpos: FloatArray, contacts: BoolArray, kinematics: Kinematics, pose: FloatArray) -> None:
-        """Frames from `first` on; what was there is replaced, what lay beyond is dropped."""
+        """Replace all frames from `first` on."""
         lift = kinematics.foot_points[..., 2].min(axis=-1)
         parts: dict[str, Any] = {
             "qpos": qpos, "contacts": contacts, "com": kinematics.com[:, :2], "lift": lift, "pose": pose,

@@ -1,4 +1,4 @@
-"""Which contacts an attack intended: the limb that the action attacks with meets the opponent."""
+"""Which contacts an attack intended: the limb that attacks meets the opponent."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -11,20 +11,20 @@ from simprep.physics.contacts import BodyContact
 HIT, BLOCKED, UNINTENDED = "hit", "blocked", "unintended"
 NOBODY = -1
 GRACE_S = 0.1
-"""An attack may land this much after its action has ended [s]: a simulated limb comes a little later than planned."""
+"""An attack may land this much after its action has ended, since a simulated limb comes late [s]."""
 STRIKING = {"hand": "punch", "forearm": "punch", "foot": "kick", "shank": "kick"}
-"""Parts that strike, and what with; labels do not tell knee strikes from kicks, so thighs do not count."""
+"""Parts that strike, and how; labels do not tell knee strikes from kicks, so thighs do not count."""
 ARMS = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand"))
 
 
 @dataclass(frozen=True)
 class JudgedContact(BodyContact):
-    """A contact between fighters A (body 0) and B (body 1), and what it was.
+    """A contact between fighters A (body 0) and B (body 1), and its verdict.
 
     Attributes:
         verdict: `hit`: an attack that met what it aims at; `blocked`: one that met an arm; `unintended`: anything else.
         attacker: 0 or 1, whose attack it was; -1 for nobody's.
-        attack: which of the fight's actions that was; -1 for none.
+        attack: index of that action in the fight; -1 for none.
     """
 
     verdict: str = UNINTENDED
@@ -33,29 +33,22 @@ class JudgedContact(BodyContact):
 
     @property
     def intended(self) -> bool:
-        """Whether an attack intended it, even if an arm was in its way."""
+        """Whether an attack intended it, even if it was blocked."""
         return self.verdict in (HIT, BLOCKED)
 
 
 def striking_aspect(part: str) -> str:
-    """Label aspect of the attacks that strike with a part (`Character.parts`); empty if none does."""
+    """Label aspect of attacks that strike with a part (`Character.parts`); empty for none."""
     side, _, segment = part.partition("_")
     return f"{side}_{STRIKING[segment]}" if segment in STRIKING else ""
 
 
 def judge(contacts: Sequence[BodyContact], fight: Fight) -> tuple[JudgedContact, ...]:
-    """Say of every contact whose attack intended it, if any did.
+    """The contacts of a run of both fighters, each with its verdict.
 
-    `hit`: the striking segment of a limb with which a fighter's present action attacks meets head, trunk or a leg;
-    `blocked`: it meets an arm; otherwise `unintended`. Where both attack with what touches, a hit counts before a block, and then
-    the attack that began first. (`simprep.metrics.interaction.overlap` counts the same of poses, where nothing stops a limb.)
-
-    Args:
-        contacts: of a run of both fighters.
-        fight: whose actions they performed, from the same time 0.
-
-    Returns:
-        The contacts in the same order.
+    `hit`: the striking segment of a limb that attacks at this time in the fight meets head, trunk or a leg; `blocked`:
+    it meets an arm; otherwise `unintended`. Where both attack, a hit counts before a block, then the attack that began
+    first. (`simprep.metrics.interaction.overlap` counts the same of poses, where nothing stops a limb.)
     """
     return tuple(_judged(contact, fight) for contact in contacts)
 
@@ -78,7 +71,7 @@ def _judged(contact: BodyContact, fight: Fight) -> JudgedContact:
 
 
 def _attack(fight: Fight, player: int, aspect: str, time: float) -> int:
-    """Index of the player's action that attacks in this aspect at this time; -1 if none does."""
+    """Index of the player's attack in this aspect at this time; -1 for none."""
     fps = fight.stream.fps
     for index, action in enumerate(fight.actions):
         if action.player == player and action.start <= time * fps < action.end + GRACE_S * fps:

@@ -1,7 +1,7 @@
-"""Which of a player's candidate labels attack, react or answer a request, as masks for `TransitionModel.sample`.
+"""Which of a player's candidate labels attack, react or answer a request, as masks.
 
-Source: the 2008 paper, sections 3.2 and 3.3: what the action table R is for. Masks go by label codes, so they also fit models
-that have learned from a part of the stream, whose candidates are fewer than the graph's nodes.
+Source: the 2008 paper, sections 3.2 and 3.3 (the action table R). Masks go by label codes, so they also fit models that
+have learned from a part of the stream, with fewer candidates than the graph has nodes.
 """
 
 from dataclasses import dataclass
@@ -39,14 +39,14 @@ def brings(codes: ArrayLike, aspects: tuple[str, ...]) -> BoolArray:
 
 
 def is_neutral(codes: ArrayLike) -> BoolArray:
-    """Whether labels (N,) are none of a punch, kick or jump, nor their return: guard, steps, defence."""
+    """Whether labels (N,) are guard, steps or defence: no punch, kick or jump, nor the return from one."""
     others = [QUALIFIERS[aspect].index("others") for aspect in ASPECTS[:_REACT]]
     return np.asarray((decode(codes)[:, :_REACT] == others).all(axis=1))
 
 
 @cache
 def reaction_to(code: int) -> int:
-    """Index of the qualifier of `react` that the rule gives an action begun while the opponent does this."""
+    """Index of the qualifier of `react` of an action begun while the opponent does this."""
     if brings([code], KICKS)[0]:
         return KICK
     return PUNCH if brings([code], PUNCHES)[0] else OTHERS
@@ -54,12 +54,12 @@ def reaction_to(code: int) -> int:
 
 @dataclass(frozen=True)
 class LabelMasks:
-    """What a player's candidate labels are; entries (K,) belong to the model's candidates.
+    """What a player's candidate labels (K,) are.
 
     Attributes:
         codes: label codes.
         attacks: whether a fist or foot goes to the opponent.
-        neutral: whether the action is none of a punch, kick or jump: guard, steps, defence.
+        neutral: see `is_neutral`.
         react: index of the qualifier of `react`.
     """
 
@@ -76,7 +76,7 @@ class LabelMasks:
 
 
 def narrowed(*masks: BoolArray) -> BoolArray:
-    """The first mask and as many of the following as leave a candidate, each taken only if it does."""
+    """The first mask, and each of the following that leaves a candidate."""
     result = masks[0]
     for mask in masks[1:]:
         if (result & mask).any():

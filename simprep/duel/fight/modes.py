@@ -38,7 +38,7 @@ class FightInMode:
 
     Attributes:
         bout: the fight itself; may be stepped directly, without alertness then.
-        model: that chooses: in passive mode one that has not seen the end of its stream.
+        model: that chooses; in passive mode one that has not seen the end of its stream.
         mode: one of `MODES`.
         seed: of the fight's only source of chance.
         avatar: whom a user controls; None outside interactive mode.
@@ -53,23 +53,13 @@ class FightInMode:
     alertness: Alertness | None = None
 
     def run(self, seconds: float, progress: Callable[[float], None] | None = None) -> None:
-        """Go on until so much time of the fight is final.
-
-        Args:
-            seconds: since the beginning of the fight [s].
-            progress: called with the share of it that is done.
-        """
+        """Go on until so many seconds of the fight are final; `progress` is called with the share that is done."""
         frames = self._frames(seconds)
         told = None if progress is None else (lambda done: progress(done / frames))
         run(self.bout, frames, self.alertness, told)
 
     def fight(self, seconds: float, name: str = "fight") -> Fight:
-        """The fight's first seconds.
-
-        Args:
-            seconds: how long [s]; at most what has been `run`.
-            name: of the stream.
-        """
+        """The fight's first seconds, at most those that have been `run`."""
         fight = self.bout.fight(self._frames(seconds), self.mode, self.seed, name)
         record: dict[str, Any] = {
             **fight.record,
@@ -104,10 +94,10 @@ def begin_fight(
     """Begin a fight.
 
     Args:
-        model: with the example motions. In passive mode, one that has learned from all of its stream is learned anew from the
-            first two thirds; the attacks come from the last.
-        mode: `automatic`: both by the model; `interactive`: one is an avatar; `passive`: one performs what it did in the part of
-            the stream that was held out, and the other only reacts.
+        model: with the example motions. In passive mode, one that has learned from all of its stream is learned anew
+            from the first two thirds; the attacks come from the last.
+        mode: `automatic`: both by the model; `interactive`: one is an avatar; `passive`: one performs what it did in
+            the part of the stream that was held out, and the other only reacts.
         seed: of the fight's only source of chance.
         player: 0 or 1: the avatar, or who performs what was recorded.
         requests: of the avatar's user, timed; more can be made while the fight goes on.

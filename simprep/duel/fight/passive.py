@@ -1,7 +1,6 @@
-"""Passive mode: one fighter performs what was recorded, action after action, and the other only reacts.
+"""Passive mode: one fighter performs what was recorded, and the other only reacts, without attacks.
 
-Source: the 2008 paper, section 6: the attacks and the reactions to them are not learned from (`simprep.duel.model.held_out`), and the
-passive fighter may not attack.
+Source: the 2008 paper, section 6: attacks and reactions are not learned from (`simprep.duel.model.held_out`).
 """
 
 from collections.abc import Sequence
@@ -17,10 +16,7 @@ from simprep.errors import SettingError
 
 
 class RecordedChooser:
-    """Performs given actions in their order; after the last one the first again.
-
-    Args:
-        actions: numbers of actions in B, all of one player.
+    """Performs actions of one player (numbers in B) in their order, over and over.
 
     Raises:
         SettingError: no actions.
@@ -41,7 +37,7 @@ class RecordedChooser:
 
 @dataclass(frozen=True)
 class ReactingChooser:
-    """Draws by the transition model among what a fighter may do who only reacts: no attacks.
+    """Draws by a player's transition model among labels that do not attack.
 
     Attributes:
         model: of this player.

@@ -1,6 +1,6 @@
-"""Where the next action takes place: it meets the present root, then drifts half way back to its original placement.
+"""Where the next action takes place: it begins at the present root, then drifts half way to its original placement.
 
-Source: the 2008 paper, section 5.1.2. All on the floor: positions (x, y) and headings; heights and tilts stay.
+Source: the 2008 paper, section 5.1.2. On the floor only, as positions (x, y) and headings; heights and tilts stay.
 """
 
 from dataclasses import dataclass
@@ -15,7 +15,7 @@ from simprep.motion.turns import turned
 
 FloatArray = NDArray[np.float64]
 HALF_WAY = 0.5
-"""How much of the way back to the original placement an action drifts."""
+"""How much of the way to the original placement an action drifts."""
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,7 @@ class Placement:
 
 @dataclass(frozen=True)
 class Aim:
-    """A wished position.
-
-    Attributes:
-        position: (2,) on the floor [m].
-        frames: number of frames after the first one at which it should be reached.
-    """
+    """A wished position (2,) on the floor [m], and the number of frames after the first one in which to reach it."""
 
     position: FloatArray
     frames: int
@@ -55,7 +50,7 @@ def place(
     aim: Aim | None = None,
     longest: float = np.inf,
 ) -> Placement:
-    """Place an action: its first frame where the fighter is, its last half way back to the original placement.
+    """Place all F frames of an action: its first where the fighter is, its last half way to the original placement.
 
     The original placement has the same place in the reference frame of this moment as the example had in its own.
 
@@ -69,9 +64,6 @@ def place(
         length: number of frames of the action.
         aim: a wished position, to which it drifts instead.
         longest: longest drift to a wished position [m].
-
-    Returns:
-        The placement of all F frames.
     """
     here = facing - heading
     there = float(frame.toward - example_frame.toward)

@@ -1,6 +1,6 @@
 """Posture optimisation of both fighters (2013 paper, section 5.3): trunk and arms bring the COM over the feet.
 
-Every frame counts as prepared. Root and legs stay exactly as they are, so footwork and kicks are untouched; fists that punch are
+Every frame counts as prepared. Root and legs stay as they are, and with them footwork and kicks; punching fists are
 brought back to where they were, as far as the arm reaches.
 """
 
@@ -21,7 +21,7 @@ from simprep.preparation.posture_optimisation import optimise_postures
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 FADE_S = 0.15
-"""Time over which the fist of a punch is brought back to its path before the punch begins, and let go after it [s]."""
+"""Time over which a fist is brought back to its path before the punch, and let go after it [s]."""
 _STEPS = 8
 _DAMPING = 1e-4  # [m^2]: keeps nearly straight arms from flailing
 _EXACT_M = 5e-4
@@ -34,9 +34,9 @@ class PostureChange:
     """What the optimisation did to one fighter.
 
     Attributes:
-        com_cos_before_mm: mean distance of the COM from the support centre, over the frames with support [mm].
+        com_cos_before_mm: mean distance of the COM from the centre of support, over the frames with support [mm].
         com_cos_after_mm: the same afterwards [mm].
-        hand_mm: mean way by which the fists are displaced [mm].
+        hand_mm: mean displacement of the fists [mm].
         striking_hand_mm: the same of the punching fist during punches [mm]; NaN without punches.
         striking_hand_max_mm: largest of these [mm]; NaN without punches.
         root_and_legs_rad: largest change of a coordinate of root or legs: 0 [m or rad].
@@ -53,15 +53,7 @@ class PostureChange:
 def optimise_fight_posture(
     fight: Fight, settings: PreparationSettings = DEFAULT_SETTINGS
 ) -> tuple[Fight, tuple[PostureChange, PostureChange]]:
-    """Optimise the posture of both fighters in every frame.
-
-    Args:
-        fight: kinematic.
-        settings: weights of the costs and step limit.
-
-    Returns:
-        The fight with the optimised motions, and what changed in A and B.
-    """
+    """The fight with posture optimised in every frame, and what changed in A and B."""
     optimised = [
         _optimise(motion, punching(fight, player), settings) for player, motion in enumerate(fight.stream.players)
     ]
@@ -71,11 +63,7 @@ def optimise_fight_posture(
 
 
 def punching(fight: Fight, player: int) -> FloatArray:
-    """How far each fist belongs to a punch: 1 during the player's attacking actions with it, smoothly 0 before and after.
-
-    Returns:
-        (T, 2) left and right.
-    """
+    """How far each fist (T, 2) punches: 1 during the player's attacks with it, smoothly 0 before and after."""
     frames = np.arange(len(fight.stream))
     fade = max(1.0, FADE_S * fight.stream.fps)
     weight = np.zeros((len(frames), len(PUNCHES)))
@@ -116,15 +104,9 @@ def _optimise(motion: Motion, weight: FloatArray, settings: PreparationSettings)
 
 
 def _reach(motion: Motion, qpos: FloatArray, fists: FloatArray, weight: FloatArray) -> FloatArray:
-    """Bring fists towards where they were, by damped least squares in the arm (Buss 2004, section 5).
+    """Bring hands (T, 2, 3) back, weighed (T, 2), by damped least squares in the arm (Buss 2004, section 5).
 
-    Those of its joints that a planner may leave out (`fused`: wrist and forearm) do not help to reach and stay.
-
-    Args:
-        motion: body.
-        qpos: (T, nq) postures to change.
-        fists: (T, 2, 3) where the hands' centres should be at weight 1, world [m].
-        weight: (T, 2) how much.
+    Joints that a planner may leave out (`fused`: wrist and forearm) stay.
     """
     character = motion.character
     model = character.model

@@ -1,7 +1,4 @@
-"""What a user asks of an avatar: a kind of attack, a place to be, or both; and files of timed requests.
-
-Source: the 2008 paper, section 5.2.
-"""
+"""What a user asks of an avatar (2008 paper, section 5.2), and files of timed requests."""
 
 import csv
 import math
@@ -14,7 +11,7 @@ from simprep.files import find_file
 
 COLUMNS = ("time_s", "action", "x_m", "y_m")
 FARTHEST_M = 100.0
-"""No fight gets this far from where it began [m]."""
+"""Largest coordinate of a goal [m]."""
 
 
 @dataclass(frozen=True)
@@ -54,16 +51,10 @@ class Request:
 
 
 def read_requests(path: str | Path) -> tuple[Request, ...]:
-    """Read a CSV file of timed requests.
+    """Requests by time from a CSV file, or a folder with one.
 
     Columns `time_s`, `action`, `x_m`, `y_m`; an empty action asks for a place alone, empty x and y for an action alone.
     Lines that begin with # are comments.
-
-    Args:
-        path: the file, or a folder with one.
-
-    Returns:
-        The requests by time.
 
     Raises:
         MotionFileError: missing, without the columns, without requests, or a line that asks for nothing valid; the

@@ -1,7 +1,8 @@
-"""From one action into the next without a pop: the difference dies away, and standing feet stay where they are.
+"""From one action into the next: the difference dies away, and standing feet stay where they are.
 
-The difference in pose, velocity and acceleration at the seam decays along a quintic (inertialisation, Bollo 2018, "Inertialization:
-high-performance animation transitions in Gears of War", GDC), then feet are planted by `preparation.planting`.
+The difference in pose, velocity and acceleration at the seam decays along a quintic (inertialisation; Bollo 2018,
+"Inertialization: high-performance animation transitions in Gears of War", GDC). Then feet are planted by
+`preparation.planting`.
 """
 
 from dataclasses import dataclass, replace
@@ -35,7 +36,7 @@ class StitchSettings:
         landing_s: least time for a foot in the air to come down where the next action already stands [s].
         drop_s: further time per metre that it is above the floor [s/m].
         ease_s: time within which the pelvis may begin to sink so that legs reach [s].
-        stray_m: a standing foot that is farther than this from where the action wants it makes a step [m], and
+        stray_m: a standing foot that is farther than this from where the action wants it makes a step [m].
         stray_rad: so does one that is turned by more than this [rad].
         step_s: least duration of such a step [s].
         stride_s: further time per metre [s/m].
@@ -62,16 +63,16 @@ class StitchSettings:
 DEFAULT_STITCH = StitchSettings()
 _PLANTING = PreparationSettings()
 PIVOTING, HEEL_UP, HEEL_S = 0.3, 0.18, 0.04
-"""A standing foot that turns this fast [rad/s] or faster stands on its toe, the heel raised by this angle [rad] from so long
-before to so long after, and as smoothly [s]: the ball must be clear of the floor, or it rubs."""
+"""A standing foot that turns this fast [rad/s] or faster stands on its toe, the heel raised by this angle [rad] from so
+long before to so long after, and as smoothly [s]: the ball must be clear of the floor, or it rubs."""
 DEEP_M, SINK_S = 0.005, 0.1
 """Feet deeper in the floor than this raise the pelvis [m], within this time [s]."""
 DEEPEST_M = 0.15
-"""The pelvis sinks no farther than this for legs to reach [m]."""
+"""Farthest that the pelvis sinks for legs to reach [m]."""
 LOST_M, STEP_S = 0.01, 0.08
 """A foot that is missed by more than this does not stand [m], nor from this long before to this long after [s]."""
 GONE_M, MOMENT_S = 0.03, 0.1
-"""A leg that misses its place by more than this [m] for no longer than this passes from the last one to the next [s]."""
+"""A leg that misses its place by more than this [m] for less than this [s] passes from its last place to the next."""
 LOOSE = 0.25
 """Half of the difference in heading is left to a standing foot where it is this large [rad]."""
 _ANKLE = 4  # of the hinges in the order of `solve_leg`: turns the foot about y, its heel up
@@ -110,16 +111,13 @@ class Stitched:
 
 
 def inertialise(seam: FloatArray, target: FloatArray, before: FloatArray, frames: float) -> FloatArray:
-    """A motion that begins with given pose, velocity and acceleration and becomes the target.
+    """Poses (F, nq) that begin with given pose, velocity and acceleration and become the target.
 
     Args:
         seam: (3, nq) poses before, at and after the first frame, of what goes on.
         target: (F, nq) poses, F at least 2.
         before: (nq,) pose before the target's first one.
         frames: after so many nothing of the difference is left.
-
-    Returns:
-        (F, nq) poses.
     """
     ways = _difference(
         np.stack([target[0], seam[0], seam[1], before, target[0]]),
@@ -144,21 +142,15 @@ def inertialise(seam: FloatArray, target: FloatArray, before: FloatArray, frames
 
 
 def _difference(a: FloatArray, b: FloatArray) -> FloatArray:
-    """(N, nv) from poses a to poses b, (N, nq): position, rotation vector in the world, hinges."""
+    """(N, nv) from poses a to b (N, nq): position, rotation vector in the world, hinges."""
     turn = rotation_between(a[:, 3:7], b[:, 3:7])
     return np.concatenate([b[:, :3] - a[:, :3], turn, b[:, 7:] - a[:, 7:]], axis=1)
 
 
 def plan_contacts(contacts: BoolArray, seam: Seam, fps: float, settings: StitchSettings = DEFAULT_STITCH) -> BoolArray:
-    """Contacts of an action that begins in a seam.
+    """Contacts (F, 2) of an example that begins in a seam.
 
     A foot in the air lands a little later than the example has it, and the other one waits for it.
-
-    Args:
-        contacts: (F, 2) of the example.
-        seam: where it begins.
-        fps: frames per second [1/s].
-        settings: times.
     """
     out = contacts.copy()
     flies = not seam.contacts.any()
@@ -174,10 +166,9 @@ def plan_contacts(contacts: BoolArray, seam: Seam, fps: float, settings: StitchS
 def plan_steps(
     contacts: BoolArray, ankles: FloatArray, headings: FloatArray, length: int, fps: float, settings: StitchSettings
 ) -> BoolArray:
-    """Contacts with further steps, where a foot that stands throughout would be left behind by its body.
+    """Planned contacts (F, 2) with further steps, where a foot that stands throughout would be left behind.
 
-    Drift and stitching move the body, not the feet that stand. A real fighter repositions them; so does this one, one foot
-    after the other, while the other foot stands.
+    Drift and stitching move the body, not standing feet; so these step one after the other, while the other one stands.
 
     Args:
         contacts: (F, 2) planned.
@@ -281,7 +272,7 @@ def plant(
     ease_s: float = 0.0,
     landing: FloatArray | None = None,
 ) -> Stitched:
-    """A motion whose standing feet stay where they are in its first frame, or where they land.
+    """A motion (F, nq) whose standing feet stay where they are in its first frame, or where they land.
 
     Args:
         qpos: (F, nq) poses.
@@ -290,7 +281,7 @@ def plant(
         fps: frames per second [1/s].
         character: whose poses they are.
         ease_s: time within which the pelvis may begin to sink so that legs reach; 0 where the first frame is free [s].
-        landing: (F, 2, 4) corrections with which feet land (`preparation.planting.Standing`); None: where `qpos` has them.
+        landing: (F, 2, 4) corrections with which feet land (`planting.Standing`); None: where `qpos` has them.
     """
     qpos = qpos.copy()
     start = minimum_jerk(np.arange(len(qpos)) / (ease_s * fps)) if ease_s > 0 else np.ones(len(qpos))
@@ -304,7 +295,7 @@ def plant(
     standing = Standing(ease_s, DEEPEST_M, turning, landing, yielding=True)
     made = _plant(qpos, contacts, fps, character, standing)
     lost = contacts & (made.miss > LOST_M)
-    if lost[1:].any():  # out of reach: rather a step more than a foot that slides
+    if lost[1:].any():  # out of reach: better a step than a foot that slides
         wide = maximum_filter1d(lost.astype(np.uint8), 2 * round(STEP_S * fps) + 1, axis=0, mode="nearest") > 0
         wide[0] = False
         contacts = contacts & ~wide

@@ -1,18 +1,12 @@
 """Synthesis of a fight: whoever ends an action chooses the next, which is placed, warped, stitched and played.
 
-Source: the 2008 paper, section 5.1. What is chosen is the business of a `Chooser` for each fighter (`simprep.duel.fight.choice`);
-modes and baselines differ in nothing else.
+Source: the 2008 paper, section 5.1. A `Chooser` for each fighter says what comes next (`simprep.duel.fight.choice`).
 
     examples = ExampleMotions.of(stream, model)
     choosers = tuple(ModelChooser(player) for player in model.players)
     fight = synthesise(examples, choosers, 60.0, np.random.default_rng(0))
 
-To act while a fight goes on, step it:
-
-    bout = Bout(examples, choosers, rng)
-    while bout.time < 60:
-        bout.step()                  # the next choice of whoever ends first
-    fight = bout.fight()
+A `Bout` is stepped instead, to act while a fight goes on.
 """
 
 from dataclasses import dataclass, field, replace
@@ -62,11 +56,11 @@ class Bout:
 
     Args:
         examples: actions to perform.
-        choosers: of both fighters. A chooser is asked whenever an action of its fighter ends; it may return any action of
-            the examples that the fighter's own body performed, appended recordings included.
+        choosers: of both fighters, asked whenever an action of theirs ends; may return any action of the examples that
+            the fighter's own body performed, appended recordings included.
         rng: the only source of chance.
-        start: frame of the examples' recordings at which the fight begins, both fighters being in the midst of actions
-            there; None draws one at which both stand in guard (`ExampleMotions.guard_frames`).
+        start: frame of the recordings at which the fight begins, in the midst of actions; None draws one at which both
+            stand in guard (`ExampleMotions.guard_frames`).
         settings: None for the defaults.
 
     Raises:
@@ -105,7 +99,7 @@ class Bout:
 
     @property
     def frame(self) -> int:
-        """Frame of the next choice; everything before it is final for both fighters (unless `interrupt`ed)."""
+        """Frame of the next choice; everything before it is final (unless `interrupt`ed)."""
         return min(self.ends)
 
     @property
@@ -130,7 +124,7 @@ class Bout:
         """What a fighter would see if it had to choose at the end of its current action.
 
         Raises:
-            SettingError: the other fighter's action ends before; it must choose first.
+            SettingError: the other fighter must choose first.
         """
         end = self.ends[player]
         own, other = self._tracks[player], self._tracks[1 - player]
@@ -156,10 +150,7 @@ class Bout:
         )
 
     def step(self) -> FightAction:
-        """Let the fighter whose action ends first choose and begin its next one.
-
-        Returns:
-            The action begun.
+        """Let the fighter whose action ends first choose and begin its next one, which is returned.
 
         Raises:
             SettingError: the chooser named an action that there is not, or the other fighter's.
@@ -178,11 +169,7 @@ class Bout:
         return self.current(player)
 
     def interrupt(self, player: int, frame: int) -> None:
-        """End a fighter's current action early, so that it chooses anew at a frame.
-
-        Args:
-            player: 0 or 1.
-            frame: after the beginning of both current actions, before the end of the fighter's.
+        """End a fighter's current action early, at a frame before its end, after the beginning of both current actions.
 
         Raises:
             SettingError: another frame.
@@ -205,13 +192,7 @@ class Bout:
             self.step()
 
     def fight(self, frames: int | None = None, mode: str = "automatic", seed: int = 0, name: str = "fight") -> Fight:
-        """The fight so far.
-
-        Args:
-            frames: how many; None: up to the next choice.
-            mode: see `Fight`.
-            seed: see `Fight`.
-            name: of the stream.
+        """The fight's first frames; None: up to the next choice. Other arguments as of `Fight`.
 
         Raises:
             SettingError: more frames than there are.
@@ -322,7 +303,7 @@ class Bout:
         return summarise(track.qpos[part, :2], yaw(track.qpos[part, 3:7]), track.pose[part], self.fps)
 
     def _reduced(self, qpos: FloatArray, kinematics: Kinematics) -> FloatArray:
-        """(F, k) reduced poses, as `simprep.duel.model.tracks.pair_tracks` prepares them."""
+        """(F, k) reduced poses, prepared as by `model.tracks.pair_tracks`."""
         offset = kinematics.xpos[:, 1:] - kinematics.xpos[:, :1]
         flat = turned(offset[..., :2], -yaw(qpos[:, 3:7])[:, None])
         return self.examples.basis.project(np.concatenate([flat, offset[..., 2:]], axis=-1))
@@ -338,17 +319,7 @@ def synthesise(
     mode: str = "automatic",
     seed: int = 0,
 ) -> Fight:
-    """A fight of a given length.
-
-    Args:
-        examples: actions to perform.
-        choosers: of both fighters.
-        seconds: length [s].
-        rng: the only source of chance.
-        start: see `Bout`.
-        settings: None for the defaults.
-        mode: see `Fight`.
-        seed: of `rng`, for the record.
+    """A fight of a given length [s]; `seed` is that of `rng`, for the record, other arguments as of `Bout` and `Fight`.
 
     Raises:
         SettingError: a length that is not positive.

@@ -1,7 +1,7 @@
 """Warping the time of an action so that its interaction moment coincides with the opponent's.
 
-Source: the 2008 paper, section 5.1.2: the interaction moments, peaks of the contact force, are the keytimes. Only the time
-before the own moment is stretched or shortened; afterwards the action goes on at its own pace.
+Source: the 2008 paper, section 5.1.2; interaction moments are peaks of the contact force. Only the time before the own
+moment is stretched or shortened.
 """
 
 from dataclasses import dataclass
@@ -58,7 +58,7 @@ class Warp:
     settle: float = 0.0
 
     def source(self, frames: FloatArray) -> FloatArray:
-        """Times of the example [frames] shown at frames of the action; rises everywhere, with continuous speed."""
+        """Times of the example shown at frames of the action [frames]; rises everywhere, with continuous speed."""
         before = self.wanted - self.settle
         late = np.clip(frames - before, 0.0, self.settle) if self.settle else np.zeros_like(frames)
         bend = 0.5 * (1 - self.speed) * late**2 / self.settle if self.settle else 0.0
@@ -71,15 +71,9 @@ class Warp:
 
 
 def fit_warp(moment: float, wanted: float, settings: WarpSettings = DEFAULT_WARP) -> Warp | None:
-    """The warp that shows a moment at a wanted frame.
+    """The warp that shows a moment at a wanted frame, both counted from the action's beginning.
 
-    Args:
-        moment: of the example, frames after its beginning.
-        wanted: where it should be, in the same count.
-        settings: limits.
-
-    Returns:
-        The warp; None where it would need a speed outside the limits, or where a moment is not ahead.
+    None where the speed would leave the limits, or where a moment is not ahead.
     """
     if moment < 1 or wanted < 1:
         return None

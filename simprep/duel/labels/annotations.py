@@ -1,7 +1,7 @@
-"""Labels of single actions as a CSV that a person fills in: which action, and a qualifier for every learned aspect.
+"""Labels of single actions as a CSV that a person fills in.
 
-Columns: segment (A0, A1, ..., B0, ...), clip, player, start, end (frames), then one per aspect. The action is told by
-player, start and end; the segment number is checked against them, since it shifts when cuts are edited.
+Columns: segment (A0, A1, ..., B0, ...), clip, player, start, end (frames), then one per aspect. Player, start and end
+tell the action; the segment number is checked against them, since it shifts when cuts are edited.
 """
 
 import csv
@@ -35,11 +35,7 @@ class Annotations:
 
 
 def segment_names(table: IntArray) -> list[str]:
-    """Names of the actions: player and number within the player's actions.
-
-    Args:
-        table: (S, 4) as from `Cuts.table`.
-    """
+    """Names of actions (S, 4) as from `Cuts.table`: player and number within the player's actions."""
     counts = [0, 0]
     names = []
     for player in table[:, 0]:
@@ -55,17 +51,14 @@ def save_annotations(
     qualifiers: IntArray | None,
     aspects: Sequence[str] = LEARNED_ASPECTS,
 ) -> Path:
-    """Write actions with their qualifiers, or with empty cells for a person to fill in.
+    """Write actions as CSV, atomically, and return the path.
 
     Args:
-        path: the CSV file, replaced atomically.
+        path: the CSV file.
         table: (S, 4) all actions.
         rows: (N,) which of them, in the order to be written.
-        qualifiers: (N, aspects) indices, or None for empty cells.
+        qualifiers: (N, aspects) indices, or None for empty cells that a person fills in.
         aspects: the columns.
-
-    Returns:
-        The path written.
 
     Raises:
         MotionFileError: it cannot be written.
@@ -90,7 +83,7 @@ def read_annotations(path: str | Path, table: IntArray) -> Annotations:
     """Read a person's labels.
 
     Args:
-        path: the CSV file, or a folder with one. Columns `react` and `move` may be there; they follow from rules and are not read.
+        path: the CSV file, or a folder with one. Columns `react` and `move` are not read, since they follow from rules.
         table: (S, 4) all actions of the stream.
 
     Raises:

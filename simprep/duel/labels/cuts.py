@@ -1,4 +1,4 @@
-"""Cuts as a small text file that a person can edit: one cut a line, with its time and doubts as comments."""
+"""Cuts as a text file that a person can edit: one cut a line, with its time and doubts as comments."""
 
 from pathlib import Path
 
@@ -13,15 +13,7 @@ SCHEMA = "simprep.cuts/1"
 
 
 def save_cuts(segmentation: Segmentation | Cuts, stream: DuelStream, path: str | Path) -> Path:
-    """Write cuts as text, atomically.
-
-    Args:
-        segmentation: cuts, with doubts or without.
-        stream: what they cut; its name, length and rate go into the file as a check.
-        path: the file.
-
-    Returns:
-        The path written.
+    """Write cuts as text, atomically, and return the path; comments describe the stream and doubts.
 
     Raises:
         MotionFileError: it cannot be written.
@@ -50,11 +42,7 @@ def save_cuts(segmentation: Segmentation | Cuts, stream: DuelStream, path: str |
 
 
 def read_cuts(path: str | Path, stream: DuelStream) -> Cuts:
-    """Read cuts that a person may have edited.
-
-    Args:
-        path: the text file, or a folder with one.
-        stream: what they cut.
+    """Read cuts of a stream that a person may have edited, from the text file or a folder with one.
 
     Raises:
         MotionFileError: missing, or a line that is no cut of this stream; the message names the line.

@@ -1,6 +1,6 @@
-"""Labelling actions from a few annotated actions: one multiclass SVM for each learned aspect, rules for the other two.
+"""Labels all actions from a few annotated ones: an SVM for each learned aspect, rules for the other two.
 
-Source: the 2008 paper, section 3.2 (LIBSVM, which is what scikit-learn's `SVC` wraps).
+Source: the 2008 paper, section 3.2 (LIBSVM, which scikit-learn's `SVC` wraps).
 """
 
 from collections.abc import Mapping
@@ -29,10 +29,9 @@ class LabelSettings:
 
     Attributes:
         penalty: C of the soft margin; larger values fit every annotated action, smaller ones smooth over.
-        gamma: width of the Gaussian kernel exp(-gamma |x - y|^2) over standardised features; None for a tenth over the
-            number of features (`WIDTH`).
+        gamma: width of the Gaussian kernel exp(-gamma |x - y|^2) over standardised features; None: `WIDTH` / features.
         balanced: weigh qualifiers by their rarity, since `others` is by far the most frequent.
-        mirrored: learn from the mirror image of every annotated action too, left and right exchanged.
+        mirrored: also learn from the mirror image of every annotated action, left and right exchanged.
     """
 
     penalty: float = 10.0
@@ -49,9 +48,7 @@ class LabelSettings:
 
 DEFAULT_SETTINGS = LabelSettings()
 WIDTH = 0.1
-"""Default gamma times the number of features. Poses of an action hang together, so that their features have few degrees of
-freedom and a kernel wider than 1 / features generalises better: on the built-in streams of seed 0, macro F1 of punches
-rises from 0.94 to 0.99 (kickboxing) and from 0.71 to 0.82 (taekwondo) from 1 to 0.1, and hardly below that."""
+"""Default gamma times the number of features; poses of an action depend on each other, so a wide kernel is better."""
 _SWAP = {"left": "right", "right": "left"}
 
 
@@ -77,14 +74,11 @@ class LabelClassifier:
     warnings: tuple[str, ...] = ()
 
     def predict(self, features: FloatArray) -> tuple[IntArray, FloatArray]:
-        """Label actions.
-
-        Args:
-            features: (S, F) as from `motion_features`.
+        """Label actions with features (S, F) as from `motion_features`.
 
         Returns:
-            Qualifier indices (S, 5), and margins (S, 5): how far the best qualifier is ahead of the second best; small
-            where the classifier is undecided, infinite where only one qualifier is known.
+            Qualifier indices (S, 5), and margins (S, 5): lead of the best qualifier over the second best; infinite
+            where only one qualifier is known.
         """
         chosen = np.zeros((len(features), len(LEARNED_ASPECTS)), dtype=np.int64)
         margins = np.full(chosen.shape, np.inf)
@@ -98,7 +92,7 @@ class LabelClassifier:
 
 
 def decide(machine: Any, features: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Classes and margins of one trained machine: the class itself, and its lead over the second best."""
+    """Classes (S,) of actions by one trained machine, and their lead (S,) over the second best."""
     score = machine.decision_function(features)
     if score.ndim == 1:  # two classes: one signed distance
         score = np.stack([-score, score], axis=1)
@@ -109,12 +103,7 @@ def decide(machine: Any, features: FloatArray) -> tuple[IntArray, FloatArray]:
 
 
 def new_machine(settings: LabelSettings, features: int) -> Any:
-    """An untrained classifier: standardised features, Gaussian-kernel SVC, one against one, no randomness.
-
-    Args:
-        settings: penalty, width, weights.
-        features: their number.
-    """
+    """An untrained classifier for so many features: standardised, Gaussian-kernel SVC, no randomness."""
     from sklearn.pipeline import make_pipeline
     from sklearn.preprocessing import StandardScaler
     from sklearn.svm import SVC
@@ -134,14 +123,13 @@ def train_labels(
 ) -> LabelClassifier:
     """Learn the five aspects from annotated actions.
 
+    An aspect with only one annotated qualifier always gets that one, with a warning.
+
     Args:
         features: (N, F) of the annotated actions.
         qualifiers: (N, 5) their qualifier indices.
         character: whose actions they are; says what left and right are.
         settings: of the machines.
-
-    Returns:
-        The classifiers; an aspect of which one qualifier only was annotated gives it always, with a warning.
 
     Raises:
         SettingError: no annotated action.
@@ -170,12 +158,7 @@ def train_labels(
 
 
 def mirror_features(features: FloatArray, character: Character) -> FloatArray:
-    """Features of the mirror image: left and right exchanged.
-
-    Args:
-        features: (S, N * (3 + 3 J)) as from `motion_features`.
-        character: with J segments, whose actions they are.
-    """
+    """Features (S, N * (3 + 3 J)) of the mirror image, left and right exchanged, of a character with J segments."""
     swap = character.mirror_segments
     poses = features.reshape(len(features), -1, 3 + 3 * len(swap))
     root = poses[..., :3] * [1.0, -1.0, -1.0]
@@ -197,15 +180,9 @@ def stream_features(cuts: Cuts, kinematics: tuple[Kinematics, Kinematics], sampl
 
 
 def label_codes(stream: DuelStream, cuts: Cuts, qualifiers: IntArray) -> IntArray:
-    """Complete labels: the learned aspects, with `react` and `move` by rule.
+    """Complete labels (S,) as codes, in the order of `Cuts.table`: `react` and `move` by rule.
 
-    Args:
-        stream: for its foot contacts.
-        cuts: its actions.
-        qualifiers: (S, 5) indices of the learned aspects of all actions.
-
-    Returns:
-        (S,) label codes in the order of `Cuts.table`.
+    `qualifiers` (S, 5) are indices of the learned aspects; the stream gives foot contacts.
     """
     table = cuts.table()
     react = react_rule(table, qualifiers)
@@ -214,19 +191,16 @@ def label_codes(stream: DuelStream, cuts: Cuts, qualifiers: IntArray) -> IntArra
 
 
 def propose(features: FloatArray, done: IntArray, margins: FloatArray | None, count: int) -> IntArray:
-    """Which actions to annotate next.
+    """Which actions to annotate next: rows, most useful first.
 
-    Without a classifier: those that differ most from each other and from the annotated ones (farthest first). With one:
-    the most undecided first, by the smallest margin over the aspects.
+    Without margins: actions that differ most from each other and from the annotated ones (farthest first). With
+    margins: the most undecided first, by the smallest margin over the aspects.
 
     Args:
         features: (S, F) of all actions.
         done: (N,) rows that are annotated.
         margins: (S, 5) from `LabelClassifier.predict`, or None.
         count: how many; fewer come back where fewer are left.
-
-    Returns:
-        Rows, most useful first.
     """
     left = np.setdiff1d(np.arange(len(features)), done)
     if margins is not None and np.isfinite(margins[left]).any():
@@ -255,7 +229,7 @@ class LabelResult:
     """All actions of a stream, labelled.
 
     Attributes:
-        table: (S, 4) player, first frame, frame at which the next begins, clip.
+        table: (S, 4) as from `Cuts.table`.
         codes: (S,) label codes.
         margins: (S, 5) lead of the chosen qualifier; infinite for annotated actions.
         warnings: what was missing in the annotations.
@@ -275,15 +249,10 @@ def label_stream(
     settings: LabelSettings = DEFAULT_SETTINGS,
     features: FloatArray | None = None,
 ) -> LabelResult:
-    """Label every action of a stream from some annotated ones, whose own labels stay as annotated.
+    """Label every action of a stream from some annotated ones, which keep their labels.
 
-    Args:
-        stream: two people.
-        cuts: its actions.
-        rows: (N,) annotated rows of `cuts.table()`.
-        qualifiers: (N, 5) their qualifier indices.
-        settings: of the machines.
-        features: (S, F) of all actions, where already computed.
+    These are rows (N,) of `cuts.table()` with qualifier indices (N, 5). `features` (S, F) are of all actions, where
+    already computed.
     """
     if features is None:
         features = stream_features(cuts, stream_kinematics(stream))

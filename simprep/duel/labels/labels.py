@@ -1,7 +1,7 @@
-"""Action labels: seven motion aspects with their qualifiers, one qualifier of each per action; integer codes for arrays.
+"""Action labels: one qualifier for each of seven aspects, and integer codes for arrays.
 
-Source: the 2008 paper, section 3.2 and Table 1. Qualifier *indices* and label *codes* are positions in `QUALIFIERS`,
-so the order of its entries is part of every saved file that holds codes.
+Source: the 2008 paper, section 3.2 and Table 1. Qualifier indices and label codes are positions in `QUALIFIERS`, so
+saved files depend on the order of its entries.
 """
 
 from collections.abc import Iterable, Mapping
@@ -53,7 +53,7 @@ IntArray = NDArray[np.int64]
 
 @dataclass(frozen=True, kw_only=True)
 class Label:
-    """One qualifier for each of the seven aspects: what an action is.
+    """What an action is: one qualifier for each of the seven aspects.
 
     Attributes:
         left_punch: phase of a punch with the left fist.
@@ -149,13 +149,7 @@ def check_qualifier(aspect: str, qualifier: str) -> None:
 
 
 def encode(indices: ArrayLike) -> IntArray:
-    """Label codes of qualifier indices.
-
-    Args:
-        indices: (..., 7) integers, one index per aspect.
-
-    Returns:
-        Codes (...).
+    """Label codes (...) of qualifier indices (..., 7), one per aspect.
 
     Raises:
         SettingError: an index is out of range.
@@ -167,13 +161,7 @@ def encode(indices: ArrayLike) -> IntArray:
 
 
 def decode(codes: ArrayLike) -> IntArray:
-    """Qualifier indices of label codes.
-
-    Args:
-        codes: (...) integers.
-
-    Returns:
-        Indices (..., 7), one per aspect.
+    """Qualifier indices (..., 7), one per aspect, of label codes (...).
 
     Raises:
         SettingError: a code is out of range.

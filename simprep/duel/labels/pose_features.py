@@ -1,10 +1,8 @@
 """The features of an action that classifiers learn from: ten poses sampled evenly over it.
 
-Source: the 2008 paper, section 3.2.1. A sampled pose is (p0, q0, p1 ... pm): p0 and q0 are the horizontal translation
-and the turn about the vertical axis of the root since the previous sample (so zero for the first); p1 ... pm are the
-joint positions in the frame of the root at the sample itself. Since the root's position and orientation are said to be
-horizontal and about the vertical, that frame stands on the floor below the root and turns with its heading; heights
-above the floor, and thereby jumps, remain visible.
+Source: the 2008 paper, section 3.2.1. A sampled pose is (p0, q0, p1 ... pm). p0 and q0 are the horizontal translation
+and the turn about the vertical of the root since the previous sample (0 for the first). p1 ... pm are the joint
+positions in a frame on the floor below the root that turns with its heading, so that jumps remain visible.
 """
 
 import numpy as np
@@ -23,16 +21,7 @@ FloatArray = NDArray[np.float64]
 
 
 def motion_features(kinematics: Kinematics, segments: NDArray[np.int64], samples: int = SAMPLES) -> FloatArray:
-    """Features of actions of one player.
-
-    Args:
-        kinematics: of the whole stream.
-        segments: (S, 2 or more) first frame, frame after the last, and columns that are ignored.
-        samples: poses per action.
-
-    Returns:
-        (S, samples * (3 + 3 J)): 3 of the root and the positions of all J segments for every sampled pose.
-    """
+    """Features (S, samples * (3 + 3 J)) of one player's actions, J body segments each; see `pose_features`."""
     return pose_features(kinematics.xpos, kinematics.xpos[:, 0], yaw(kinematics.xquat[:, 0]), segments, samples)
 
 
@@ -43,7 +32,10 @@ def pose_features(
     segments: NDArray[np.int64],
     samples: int = SAMPLES,
 ) -> FloatArray:
-    """Features of actions from joint positions.
+    """Features (S, samples * (3 + 3 J)) of actions from joint positions.
+
+    For each sample: the root's step forward and left since the previous sample, in the heading of that one [m], its
+    turn [rad], and the joints in the root's heading frame on the floor [m].
 
     Args:
         joints: (T, J, 3) joint positions in the world, z up [m].
@@ -51,10 +43,6 @@ def pose_features(
         heading: (T,) direction of the root on the floor, counter-clockwise from x [rad].
         segments: (S, 2 or more) first frame, frame after the last, and columns that are ignored.
         samples: poses per action.
-
-    Returns:
-        (S, samples * (3 + 3 J)): per sample the root's step forward and left since the previous sample, in the heading
-        of that one [m], its turn [rad], and the joints in the root's heading frame on the floor [m].
 
     Raises:
         SettingError: fewer than 2 samples, or a segment outside the frames.

@@ -1,4 +1,4 @@
-"""The two aspects that follow from rules: what an action reacts to, and on which feet it begins and ends.
+"""The two aspects that follow from rules: what an action reacts to, and the feet on which it begins and ends.
 
 Source: the 2008 paper, section 3.2.2.
 """
@@ -15,17 +15,14 @@ SYMBOLS = ("L", "R", "F")
 
 
 def react_rule(table: IntArray, qualifiers: IntArray) -> IntArray:
-    """Qualifier of `react` of every action: the opponent's attack that was under way when the action began.
+    """Index (S,) into `QUALIFIERS["react"]` of each action: the opponent's attack under way when the action began.
 
-    Under way is what the opponent does in the last frame before (of a clip's first action: in its first frame): an
-    opponent who changes action at that very frame cannot have been reacted to. Kicks go before punches.
+    Under way is what the opponent does in the frame before (for a clip's first action: in its first frame), since an
+    attack that begins at the same frame cannot have been reacted to. Kicks go before punches.
 
     Args:
-        table: (S, 4) player, first frame, frame after the last, clip.
+        table: (S, 4) as from `Cuts.table`.
         qualifiers: (S, 5) indices of the learned aspects of the same actions.
-
-    Returns:
-        (S,) indices into `QUALIFIERS["react"]`.
 
     Raises:
         MotionError: the other player has no action at that time.
@@ -63,14 +60,9 @@ def react_rule(table: IntArray, qualifiers: IntArray) -> IntArray:
 
 
 def stance_symbols(contacts: NDArray[np.bool_], bounds: IntArray) -> IntArray:
-    """Supporting foot of every frame: left, right or none; both feet count as the nearer single stance.
+    """Supporting foot (T,) from contacts (T, 2): `LEFT`, `RIGHT` or `FLIGHT`.
 
-    Args:
-        contacts: (T, 2) left and right foot in contact.
-        bounds: (clips, 2) first frame of every clip and the frame after its last.
-
-    Returns:
-        (T,) `LEFT`, `RIGHT` or `FLIGHT`. Equally near: the one before. A clip without any single stance: left.
+    Both feet count as the nearer single stance, or the earlier of two. A clip (row of `bounds`) without any: left.
     """
     symbols = np.where(contacts[:, 0], LEFT, np.where(contacts[:, 1], RIGHT, FLIGHT)).astype(np.int64)
     feet = contacts.sum(axis=1)
@@ -82,24 +74,15 @@ def stance_symbols(contacts: NDArray[np.bool_], bounds: IntArray) -> IntArray:
             continue
         place = np.searchsorted(known, asked)
         before, behind = known[np.maximum(place - 1, 0)], known[np.minimum(place, len(known) - 1)]
-        # at the ends both are the same frame
         symbols[asked] = np.where(np.abs(asked - before) <= np.abs(behind - asked), symbols[before], symbols[behind])
     return symbols
 
 
 def move_rule(table: IntArray, contacts: tuple[NDArray[np.bool_], NDArray[np.bool_]], bounds: IntArray) -> IntArray:
-    """Qualifier of `move` of every action: its first and last supporting foot.
+    """Index (S,) into `QUALIFIERS["move"]` of each action (S, 4) of `Cuts.table`: its first and last supporting foot.
 
-    The last is taken in the frame in which the next action begins, so that what one action ends with is what the next
-    begins with.
-
-    Args:
-        table: (S, 4) player, first frame, frame at which the next begins, clip.
-        contacts: (T, 2) foot contacts of each player.
-        bounds: (clips, 2) first frame of every clip and the frame after its last.
-
-    Returns:
-        (S,) indices into `QUALIFIERS["move"]`.
+    The last is taken in the frame in which the next action begins, so an action begins on the foot the one before ended
+    on. `contacts` (T, 2) are of each player, `bounds` as of `Cuts`.
     """
     symbols = np.stack([stance_symbols(contact, bounds) for contact in contacts])
     player, start, end, clip = table.T

@@ -1,4 +1,4 @@
-"""How well actions are labelled: confusion matrix, accuracy and macro F1 of one aspect; cross-validation."""
+"""How well actions are labelled: scores of one aspect, and cross-validation."""
 
 from dataclasses import dataclass
 
@@ -22,7 +22,7 @@ class AspectScore:
         qualifiers: names of rows and columns.
         confusion: (Q, Q) how often truth (row) was labelled as column.
         accuracy: share of actions labelled right; hides rare qualifiers, since `others` dominates.
-        macro_f1: mean F1 over the qualifiers that truth or labels contain; counts rare ones as much as frequent ones.
+        macro_f1: mean F1 over the qualifiers that truth or labels contain, rare and frequent ones alike.
     """
 
     qualifiers: tuple[str, ...]
@@ -32,12 +32,7 @@ class AspectScore:
 
 
 def score(truth: IntArray, labels: IntArray, qualifiers: tuple[str, ...]) -> AspectScore:
-    """Compare labels with the truth.
-
-    Args:
-        truth: (N,) qualifier indices.
-        labels: (N,) qualifier indices.
-        qualifiers: their names.
+    """Compare qualifier indices (N,) with the truth's.
 
     Raises:
         SettingError: nothing to compare, or unequal lengths.
@@ -60,18 +55,15 @@ def cross_validate(
     folds: int = 5,
     settings: LabelSettings = DEFAULT_SETTINGS,
 ) -> dict[str, AspectScore]:
-    """Score each learned aspect on annotated actions that were left out of training.
+    """Score of each learned aspect over annotated actions that were left out of training.
 
     Args:
         features: (N, F) of the annotated actions.
         qualifiers: (N, 5) their qualifier indices.
         character: whose actions they are.
         rng: decides the folds.
-        folds: number of folds, at most N.
+        folds: at most N.
         settings: of the machines.
-
-    Returns:
-        Aspect to its score over all held-out actions.
 
     Raises:
         SettingError: too few actions for two folds.

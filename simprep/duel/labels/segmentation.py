@@ -1,8 +1,8 @@
 """Cutting each player's stream into actions at the local minima of the contact force.
 
-Source: the 2008 paper, section 3.1: the contact force is f = m c'' - m g with c the centre of mass, and every local
-minimum of f is a cut, so that each action holds one force peak, at which the player pushes off. Small minima around
-slow kicks give false cuts (2 % in the paper), which a person removes: see `simprep.duel.labels.cuts`.
+Source: the 2008 paper, section 3.1. The contact force is f = m c'' - m g with c the centre of mass. Every local minimum
+is a cut, so each action holds one force peak, at which the player pushes off. Small minima around slow kicks give false
+cuts, which a person removes (`simprep.duel.labels.cuts`).
 """
 
 from dataclasses import dataclass
@@ -28,13 +28,11 @@ class SegmentationSettings:
     """How minima of the contact force become cuts.
 
     Attributes:
-        smoothing_s: standard deviation of the Gaussian that smooths c before it is differenced [s]. 0.065 s passes half of
-            what repeats 2.9 times a second, which is the rate of the shortest actions (punches of 0.35 s); nothing that
-            is faster is an action. Noise in the force falls with the power 2.5 of it, so that smaller values cut at
-            noise, at 30 frames per second above all, where half as many frames are averaged; larger ones lose
-            fast punches.
+        smoothing_s: standard deviation of the Gaussian that smooths c before it is differenced [s]. 0.065 s halves what
+            repeats 2.9 times a second, the rate of the shortest actions (punches of 0.35 s). Smaller values cut at
+            noise, above all at 30 frames per second; larger ones lose fast punches.
         prominence: how far the force must rise on both sides of a minimum, in body weights.
-        shortest_s: cuts are at least this far apart, and from the ends of a clip; of nearer ones the lowest stays [s].
+        shortest_s: least distance of cuts from each other and from the ends of a clip; the lowest stays [s].
         flight: below this force the person flies, which is one flat minimum, cut in its middle [body weights].
         component: `norm` of the force vector, which also sees horizontal push-offs, or its `vertical` component alone.
     """
@@ -95,14 +93,7 @@ class Cuts:
         object.__setattr__(self, "bounds", bounds)
 
     def segments(self, player: int) -> IntArray:
-        """Actions of one player.
-
-        Args:
-            player: 0 for A, 1 for B.
-
-        Returns:
-            (S, 3) first frame, frame at which the next begins (of a clip's last: the frame after it), clip.
-        """
+        """Actions (S, 3) of player 0 or 1: first frame, frame at which the next begins (or clip's end), clip."""
         inner = self.frames[player]
         rows = []
         for clip, (first, after) in enumerate(self.bounds):
@@ -111,13 +102,13 @@ class Cuts:
         return np.array(rows, dtype=np.int64).reshape(-1, 3)
 
     def table(self) -> IntArray:
-        """Actions of both players: (S, 4) player, first frame, frame at which the next begins, clip; by player and time."""
+        """Actions (S, 4) of both: player, first frame, frame at which the next begins, clip; by player and time."""
         parts = [self.segments(player) for player in range(2)]
         return np.concatenate([np.insert(part, 0, player, axis=1) for player, part in enumerate(parts)], dtype=np.int64)
 
 
 def stream_kinematics(stream: DuelStream) -> tuple[Kinematics, Kinematics]:
-    """Kinematics of both players, to be computed once for segmentation and features."""
+    """Kinematics of both players, for segmentation and features."""
     first, second = (forward_kinematics(motion.qpos, motion.character) for motion in stream.players)
     return first, second
 
@@ -125,19 +116,10 @@ def stream_kinematics(stream: DuelStream) -> tuple[Kinematics, Kinematics]:
 def contact_force(
     com: FloatArray, fps: float, bounds: IntArray, settings: SegmentationSettings = DEFAULT_SETTINGS
 ) -> FloatArray:
-    """Contact force over body weight, |c'' - g| / |g|, each clip by itself.
+    """Contact force (T,) over body weight, |c'' - g| / |g|, of a centre of mass (T, 3), z up [m]; each clip by itself.
 
-    Args:
-        com: (T, 3) centre of mass, z up [m].
-        fps: frames per second [1/s].
-        bounds: (clips, 2) first frame of every clip and the frame after its last.
-        settings: smoothing and component.
-
-    Returns:
-        (T,) force in body weights.
-
-    Source: section 3.1 of the 2008 paper; c'' is the second difference of the Gaussian-smoothed path. Clips are
-    continued beyond their ends by reflection in the end point, which keeps the velocity.
+    Source: section 3.1 of the 2008 paper; c'' is the second difference of the Gaussian-smoothed path. Clips (rows of
+    `bounds`, as of `Cuts`) are continued by reflection in the end point, which keeps the velocity.
     """
     sigma = settings.smoothing_s * fps
     reach = int(np.ceil(4 * sigma))
@@ -161,17 +143,7 @@ def contact_force(
 def force_minima(
     force: FloatArray, fps: float, bounds: IntArray, settings: SegmentationSettings = DEFAULT_SETTINGS
 ) -> tuple[IntArray, FloatArray]:
-    """Local minima that are prominent enough, within each clip.
-
-    Args:
-        force: (T,) contact force in body weights.
-        fps: frames per second [1/s].
-        bounds: (clips, 2) first frame of every clip and the frame after its last.
-        settings: prominence and shortest distance.
-
-    Returns:
-        Frames of the minima and their prominences in body weights.
-    """
+    """Frames of prominent minima of a contact force (T,) within each clip, and their prominences, in body weights."""
     apart = max(1, round(settings.shortest_s * fps))
     frames, prominences = [], []
     for first, after in bounds:
@@ -203,16 +175,7 @@ def segment_stream(
     settings: SegmentationSettings = DEFAULT_SETTINGS,
     kinematics: tuple[Kinematics, Kinematics] | None = None,
 ) -> Segmentation:
-    """Cut both players' motions into actions.
-
-    Args:
-        stream: two people.
-        settings: smoothing, prominence, distance and component.
-        kinematics: of both players, where already computed.
-
-    Returns:
-        Cuts, forces, and what looks doubtful.
-    """
+    """Cut both players' motions into actions; `kinematics` is of both, where already computed."""
     kinematics = kinematics or stream_kinematics(stream)
     bounds = stream.bounds.astype(np.int64)
     forces, frames, suspicious = [], [], []
@@ -245,7 +208,7 @@ def _doubts(
     bounds: IntArray,
     settings: SegmentationSettings,
 ) -> list[tuple[int, str]]:
-    """Cuts that barely are one or fall in the middle of a kick, and actions that are too long."""
+    """Cuts that are shallow or in the middle of a kick, and actions that are too long."""
     out = []
     near = round(0.25 * fps)
     for frame, prominence in zip(minima, prominences):

@@ -1,8 +1,8 @@
-"""The twelve numbers that describe an action: where it happens, how it faces, how the body is held, and their change.
+"""The numbers that describe an action: where it happens, how it faces, how the body is held, and their change.
 
-Source: the 2008 paper, section 4.1, Eq. 3 and Fig. 9. Two differences that leave every density ratio as it is: change is
-per second, not per frame, and the opponent's heading is measured from the direction *back* to the player, so that
-two fighters who face each other both have heading 0, far from the jump of an angle at pi.
+Source: the 2008 paper, section 4.1, Eq. 3 and Fig. 9. Two differences leave every density ratio as it is: change is per
+second, not per frame; and the opponent's heading is measured from the direction back to the player, so that fighters
+who face each other both have heading 0, far from the jump at pi.
 """
 
 from dataclasses import dataclass, field
@@ -19,7 +19,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
 POSE_COMPONENTS = 3
-"""Principal components of the local pose that are kept (about 60 % of the variance in the paper's data)."""
+"""Principal components of the local pose that are kept."""
 
 PLACEMENT = 3
 """Parameters of the root: two horizontal coordinates and a heading."""
@@ -30,11 +30,11 @@ class PairTracks:
     """What the two fighters do, frame by frame. Read-only by convention.
 
     Attributes:
-        fps: frames per second [1/s].
-        root: (T, 2, 3) root positions of players 0 and 1 [m], world, z up.
-        heading: (T, 2) direction of the roots about z [rad], from the world's x axis, in any winding.
+        fps: frame rate [1/s].
+        root: (T, 2, 3) root positions of players 0 and 1 in the world, z up [m].
+        heading: (T, 2) direction of the roots about z from the world's x axis, in any winding [rad].
         joints: (T, 2, J, 3) joint positions in the frame of the player's own root [m].
-        com: (T, 2, 3) centres of mass [m], world.
+        com: (T, 2, 3) centres of mass in the world [m].
 
     Raises:
         MotionError: shapes that do not belong together, too few frames, NaN.
@@ -85,11 +85,7 @@ class PoseBasis:
 
 
 def fit_pose_basis(joints: FloatArray, components: int = POSE_COMPONENTS) -> PoseBasis:
-    """Principal components of joint positions.
-
-    Args:
-        joints: (..., J, 3) joint positions in the root's frame [m], at least two poses.
-        components: how many to keep.
+    """Principal components of at least two poses: joint positions (..., J, 3) in the root's frame [m].
 
     Raises:
         SettingError: more components than coordinates, or none.
@@ -102,22 +98,22 @@ def fit_pose_basis(joints: FloatArray, components: int = POSE_COMPONENTS) -> Pos
     values, vectors = np.linalg.eigh(centred.T @ centred)
     order = np.argsort(values)[::-1][:components]
     directions = vectors[:, order].T
-    # The sign of a component is arbitrary: make its largest entry positive, so that refits agree.
+    # the sign of a component is arbitrary: refits agree where its largest entry is positive
     directions = directions * np.sign(directions[np.arange(components), np.abs(directions).argmax(axis=1)])[:, None]
     return PoseBasis(mean, directions, values[order] / values.sum())
 
 
 @dataclass(frozen=True)
 class ActionSummaries:
-    """Means over the frames of actions, in the world; entry [...] is one action. Cheap to put into any frame.
+    """Means over the frames of actions, in the world; entry [...] is one action.
 
     Attributes:
-        position: (..., 2) mean root position on the floor [m].
-        heading: (...) mean heading [rad], of the continuous (unwound) angle.
-        pose: (..., k) mean reduced pose [m].
-        velocity: (..., 2) mean change of the root position on the floor [m/s].
-        turn: (...) mean change of the heading [rad/s].
-        pose_change: (..., k) mean change of the reduced pose [m/s].
+        position: (..., 2) root on the floor [m].
+        heading: (...) of the unwound angle [rad].
+        pose: (..., k) reduced pose [m].
+        velocity: (..., 2) change of the position [m/s].
+        turn: (...) change of the heading [rad/s].
+        pose_change: (..., k) change of the reduced pose [m/s].
     """
 
     position: FloatArray
@@ -153,23 +149,19 @@ class FloorFrame:
     toward: FloatArray
 
     def point(self, position: ArrayLike) -> FloatArray:
-        """A point on the floor (..., 2) [m] of the world in this frame."""
+        """Points (..., 2) of the world's floor, in this frame [m]."""
         return turned(np.asarray(position, dtype=np.float64) - self.origin, -self.toward)
 
     def world_point(self, position: ArrayLike) -> FloatArray:
-        """A point (..., 2) [m] of this frame in the world."""
+        """Points (..., 2) of this frame, in the world [m]."""
         return np.asarray(turned(np.asarray(position, dtype=np.float64), self.toward) + self.origin)
 
 
 def floor_frame(com: FloatArray, opponent_com: FloatArray) -> FloorFrame:
-    """Frame in which actions are described at the moment the next action begins.
-
-    Args:
-        com: (..., 3) or (..., 2) centre of mass of the player who acts next [m].
-        opponent_com: the same of the opponent.
+    """Frame at the moment of choice, from the centres of mass (..., 2 or 3) of who acts next and of the opponent [m].
 
     Raises:
-        MotionError: the two stand on the same spot, so no direction leads from one to the other.
+        MotionError: both stand on the same spot, so no direction leads from one to the other.
     """
     offset = opponent_com[..., :2] - com[..., :2]
     if np.any(np.hypot(offset[..., 0], offset[..., 1]) < 1e-6):
@@ -180,13 +172,9 @@ def floor_frame(com: FloatArray, opponent_com: FloatArray) -> FloorFrame:
 
 
 def summarise(position: FloatArray, heading: FloatArray, pose: FloatArray, fps: float) -> ActionSummaries:
-    """Summary of one action, wherever it has been placed.
+    """Summary of one action from its root positions (F, 2 or 3) [m], headings (F,) [rad] and reduced poses (F, k) [m].
 
-    Args:
-        position: (F, 2) or (F, 3) root positions of its frames [m], at least two.
-        heading: (F,) headings [rad].
-        pose: (F, k) reduced poses [m] (`PoseBasis.project`).
-        fps: frames per second [1/s].
+    It needs at least two frames, `fps` of them a second.
     """
     track = np.column_stack([position[:, :2], np.unwrap(heading), pose])
     return _summaries(track, np.array([0]), np.array([len(track)]), fps)[0]
@@ -196,7 +184,7 @@ def summarise_actions(tracks: PairTracks, actions: ActionList, basis: PoseBasis)
     """Summaries (A, ...) of all actions of a stream, where they were recorded.
 
     Raises:
-        MotionError: an action beyond the last frame, or of a single frame (it has no change).
+        MotionError: an action beyond the last frame, or of a single frame, which has no change.
     """
     if len(actions) and actions.end.max() > len(tracks):
         raise MotionError(f"an action ends at frame {actions.end.max()}; the stream has {len(tracks)} frames")
@@ -211,24 +199,22 @@ def summarise_actions(tracks: PairTracks, actions: ActionList, basis: PoseBasis)
         )
         own = actions.of(player)
         parts.append(_summaries(track, actions.start[own], actions.end[own], tracks.fps))
-    # B is sorted by player.
     return ActionSummaries(
+        # B is sorted by player
         *(np.concatenate([getattr(part, name) for part in parts]) for name in ActionSummaries.__dataclass_fields__)
     )
 
 
 def action_parameters(summary: ActionSummaries, frame: FloorFrame, opponent: bool = False) -> FloatArray:
-    """Parameters n of actions in a frame (Eq. 3).
+    """Parameters n (..., 2 (3 + k)) of actions in a frame (Eq. 3).
+
+    These are position (2) [m], heading [rad], pose (k) [m], and the changes of these per second.
 
     Args:
         summary: of the actions, (...).
         frame: one for all, or one each.
-        opponent: the actions are the opponent's: heading 0 is then toward the player, against the frame's x axis.
-
-    Returns:
-        (..., 2 (3 + k)): position (2) [m], heading [rad], pose (k) [m], and the changes of these per second.
+        opponent: the actions are the opponent's, whose heading is 0 toward the player, against the frame's x axis.
     """
-    # Straight ahead is 0 for both, so a pair that faces each other is far from the jump at pi.
     ahead = frame.toward + (np.pi if opponent else 0.0)
     heading = wrap_angle(summary.heading - ahead)
     return np.concatenate(
@@ -246,7 +232,7 @@ def action_parameters(summary: ActionSummaries, frame: FloorFrame, opponent: boo
 
 @dataclass(frozen=True)
 class ActionFeatures:
-    """All a transition model learns the geometry from: actions of a stream and the frames they begin in.
+    """What a transition model learns the geometry from: actions of a stream and the frames they begin in.
 
     Attributes:
         summaries: (A, ...) of all actions.
@@ -264,7 +250,7 @@ class ActionFeatures:
         object.__setattr__(self, "parameters", action_parameters(self.summaries, self.frames))
 
     def samples(self, transitions: Transitions) -> FloatArray:
-        """(N, 6 (3 + k)) n1, n2 and n1' of transitions, all in the frame in which the next action begins."""
+        """(N, 6 (3 + k)) n1, n2 and n1' of transitions, in the frame in which the next action begins."""
         begins = FloorFrame(self.frames.origin[transitions.next], self.frames.toward[transitions.next])
         return np.concatenate(
             [
@@ -281,11 +267,7 @@ def action_features(
 ) -> ActionFeatures:
     """Summaries, frames and reached positions of all actions of a stream.
 
-    Args:
-        tracks: the stream.
-        actions: B.
-        basis: of the local poses.
-        goal_delay: time after an action begins at which a wanted position is reached [s] (Eq. 13: 0.5).
+    A wanted position is reached `goal_delay` seconds after an action begins (Eq. 13: 0.5).
 
     Raises:
         MotionError: actions that do not fit the stream, fighters on one spot.
@@ -306,15 +288,15 @@ def action_features(
 
 
 def _summaries(track: FloatArray, start: IntArray, end: IntArray, fps: float) -> ActionSummaries:
-    """Means and mean changes of columns x, y, heading, pose over the frames start ... end - 1."""
+    """Summaries of the columns x, y, heading, pose over the frames start ... end - 1."""
     frames = end - start
     if np.any(frames < 2):
         raise MotionError(f"the action at frame {start[np.argmin(frames)]} has one frame; valid: two or more")
-    # Sums through one running total: a mean over any span costs two look-ups. Centring keeps its rounding error small.
+    # one running total gives the mean over any span by two look-ups; centring keeps its rounding error small
     centre = track.mean(axis=0)
     running = np.concatenate([np.zeros((1, track.shape[1])), np.cumsum(track - centre, axis=0)])
     mean = (running[end] - running[start]) / frames[:, None] + centre
-    # The mean difference between neighbours telescopes to the difference of the ends.
+    # the mean difference of neighbours telescopes to that of the ends
     change = (track[end - 1] - track[start]) * (fps / (frames - 1))[:, None]
     return ActionSummaries(
         mean[:, :2],

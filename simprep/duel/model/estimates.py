@@ -1,7 +1,7 @@
 """Estimates of P(next own label | own label, opponent's label) from observed transitions.
 
 Source: the 2008 paper, section 4.2, Eq. 7 to 11, and appendix A.1: probabilities from counts with a Dirichlet(1) prior,
-P(x) = (N(x) + 1) / sum over y of (N(y) + 1). `LogLinear` and `Ruled` are ours. Who is `own`: see `simprep.duel.model.label_model`.
+P(x) = (N(x) + 1) / sum over y of (N(y) + 1). `LogLinear` and `Ruled` are ours.
 """
 
 from abc import ABC, abstractmethod
@@ -20,16 +20,16 @@ from simprep.errors import SettingError, UnknownNameError
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 AGAINST_RULES = 0.01
-"""What `Ruled` leaves to labels that contradict the rules: a misplaced cut or contact makes some."""
+"""What `Ruled` leaves to labels against the rules, which misplaced cuts or contacts make."""
 
 
 @dataclass(frozen=True)
 class LabelEstimate(ABC):
-    """What the estimates share: made once from observed transitions, distributions on demand.
+    """An estimate made from observed transitions.
 
     Attributes:
         triples: observed transitions.
-        candidates: (K,) codes that may come next, ascending: the labels of the player in the stream learned from.
+        candidates: (K,) codes that may come next, ascending: the player's labels in the stream learned from.
         opponent_labels: (K2,) codes of the opponent in the stream learned from, ascending.
     """
 
@@ -52,7 +52,7 @@ class LabelEstimate(ABC):
         """Probabilities (..., K) of the candidates."""
 
     def log_prob(self, own: ArrayLike, opponent: ArrayLike, next_label: ArrayLike) -> FloatArray:
-        """Natural logarithm (...) of the probability of the next label; -inf where it is no candidate."""
+        """Log probability (...) of the next label; -inf where it is no candidate."""
         return log_prob_from(self.candidates, self.distribution(own, opponent), next_label)
 
 
@@ -61,9 +61,8 @@ class FirstOrderProduct(LabelEstimate):
     """Eq. 9, the paper's choice: P(next | own) times P(next | opponent), normalised.
 
     Attributes:
-        own_table: (K + 1, K) P(next | own), Eq. 10: the probabilities on the edges of the player's graph; the last row
-            is for an own label that was never seen.
-        opponent_table: (K2 + 1, K) P(next | opponent), Eq. 11: those on the cross edges.
+        own_table: (K + 1, K) P(next | own), Eq. 10, the edges of the player's graph; last row: own label never seen.
+        opponent_table: (K2 + 1, K) P(next | opponent), Eq. 11, the cross edges; last row likewise.
     """
 
     kind: ClassVar[str] = "eq9"
@@ -79,12 +78,12 @@ class FirstOrderProduct(LabelEstimate):
         ):
             counts = np.zeros((len(rows) + 1, len(self.candidates)))
             np.add.at(counts, (row_of(rows, given), column), 1)
-            # An observation whose given label is unknown fills the spare row, which must stay the prior alone.
+            # unknown given labels were counted into the spare row, which must stay the prior
             counts[-1] = 0
             object.__setattr__(self, name, _smoothed(counts))
 
     def distribution(self, own: ArrayLike, opponent: ArrayLike) -> FloatArray:
-        """Probabilities (..., K) of the candidates; a label never seen says nothing (a uniform factor)."""
+        """Probabilities (..., K) of the candidates; a label never seen is a uniform factor."""
         product = (
             self.own_table[row_of(self.candidates, own)] * self.opponent_table[row_of(self.opponent_labels, opponent)]
         )
@@ -114,13 +113,13 @@ class Trigram(LabelEstimate):
         object.__setattr__(self, "table", _smoothed(counts))
 
     def distribution(self, own: ArrayLike, opponent: ArrayLike) -> FloatArray:
-        """Probabilities (..., K) of the candidates, uniform for a pair of labels never seen together."""
+        """Probabilities (..., K) of the candidates; uniform for a pair never seen together."""
         return np.asarray(self.table[row_of(self.contexts, _pair(own, opponent))])
 
 
 @dataclass(frozen=True)
 class FullyFactored(LabelEstimate):
-    """Eq. 8: product over all pairs of aspects. Rejected by the paper: overconfident, possible actions get almost none.
+    """Eq. 8: product over all pairs of aspects. Rejected by the paper: possible actions get almost no probability.
 
     Attributes:
         own_score: (7, max qualifiers, K) sum over the next label's aspects k of log P(next_k | own_m), by aspect m and
@@ -156,17 +155,16 @@ class FullyFactored(LabelEstimate):
 
 @dataclass(frozen=True)
 class LogLinear(LabelEstimate):
-    """The form of Eq. 9 with its two tables fitted together, where actions alike in an aspect learn from each other.
+    """The form of Eq. 9 with both tables fitted together, so that labels alike in an aspect learn from each other.
 
-    log P(next | own, opponent) = own_score + opponent_score, normalised. Each score is the sum of a weight for the pair
-    of labels, one for every pair of their aspects' qualifiers and one for every qualifier of the next label; all weights
-    maximise the likelihood together under a Gaussian prior (`fit_log_linear`). So it sees from few examples what holds
-    for whole aspects, such as that a kick comes down after it went up, that the supporting foot stays, or that
-    `react` is what the opponent does. Eq. 9 must see each pair of labels for it, and counts what is common
-    anyway twice, once in each factor.
+    log P(next | own, opponent) = own_score + opponent_score, normalised. Each score sums a weight for the pair of
+    labels, one for each pair of their aspects' qualifiers, and one for each qualifier of the next label. All weights
+    maximise the likelihood together under a Gaussian prior (`fit_log_linear`). Few examples thus teach what holds for
+    whole aspects, such as that a kick comes down after it went up; Eq. 9 must see each pair of labels for it, and
+    counts what is common anyway twice.
 
     Attributes:
-        own_score: (K + 1, K) of next given own; the last row is for an own label that was never seen.
+        own_score: (K + 1, K) of next given own; the last row is for an own label never seen.
         opponent_score: (K2 + 1, K) of next given the opponent's.
     """
 
@@ -202,7 +200,7 @@ def fit_log_linear(
         candidates: codes of the player's labels in the whole stream learned from.
         opponent_labels: codes of the opponent's labels there.
         aspect_penalty: precision of the Gaussian prior on the weights of aspects, and on each label's own.
-        label_penalty: precision of the prior on the weights of pairs of labels; greater: exceptions need more evidence.
+        label_penalty: the same of pairs of labels; a greater one asks for more evidence of exceptions.
     """
     from scipy.optimize import minimize  # late: slow to import, and only this estimate needs it
 
@@ -212,7 +210,7 @@ def fit_log_linear(
     given = [row_of(names, codes) for names, codes in zip(labels, (triples.own, triples.opponent), strict=True)]
     picks = [(row == np.arange(len(names) + 1)[:, None]).astype(np.float64) for names, row in zip(labels, given)]
     next_qualities = _qualities(labels[0])
-    # The constant column bears the weights of the next label's qualifiers; it is all that an unseen label has.
+    # the constant column bears the weights of the next label's qualifiers, all that an unseen label has
     unseen = np.append(np.zeros(sum(SHAPE)), 1.0)
     qualities = [np.vstack([np.column_stack([_qualities(names), np.ones(len(names))]), unseen]) for names in labels]
     shapes: list[tuple[int, ...]] = [(k,)]
@@ -232,7 +230,7 @@ def fit_log_linear(
         own, opponent = scores(flat)
         probability = _softmax(own[given[0]] + opponent[given[1]])
         rows = np.arange(len(triples))
-        # Above zero even where the exponential underflows; the gradient does not notice.
+        # above zero even where the exponential underflows
         loss = -np.log(np.maximum(probability[rows, following], 1e-300)).sum()
         probability[rows, following] -= 1
         gradient = [probability.sum(axis=0)]
@@ -248,11 +246,7 @@ def fit_log_linear(
 
 @dataclass(frozen=True)
 class Ruled(LabelEstimate):
-    """Another estimate, kept to labels that agree with what `react` and `move` mean (`simprep.duel.model.succession`). Ours.
-
-    Attributes:
-        base: the estimate.
-    """
+    """Another estimate, `base`, kept to labels that `react` and `move` allow (`model.succession`). Ours."""
 
     kind: ClassVar[str] = "rules"
     base: LabelEstimate
@@ -267,13 +261,7 @@ class Ruled(LabelEstimate):
 
 
 def fit_ruled(triples: LabelTriples, candidates: IntArray, opponent_labels: IntArray) -> Ruled:
-    """Fit `Ruled` over `LogLinear`, which may be held harder since it need not learn the rules.
-
-    Args:
-        triples: observed transitions.
-        candidates: codes of the player's labels in the whole stream learned from.
-        opponent_labels: codes of the opponent's labels there.
-    """
+    """Fit `Ruled` over `LogLinear`, with a stronger prior (arguments of `fit_label_model`)."""
     base = fit_log_linear(triples, candidates, opponent_labels, aspect_penalty=3.0, label_penalty=100.0)
     return Ruled(triples, base.candidates, base.opponent_labels, base)
 
@@ -285,7 +273,7 @@ LABEL_MODELS: dict[str, Callable[[LabelTriples, IntArray, IntArray], LabelEstima
     LogLinear.kind: fit_log_linear,
     Ruled.kind: fit_ruled,
 }
-"""The estimates, the paper's by the number of their equation; the first is the default."""
+"""The estimates, the paper's by the number of their equation."""
 
 
 def fit_label_model(
@@ -308,7 +296,7 @@ def fit_label_model(
 
 
 def _smoothed(counts: FloatArray) -> FloatArray:
-    """Rows of conditional probabilities from joint counts with the Dirichlet(1) prior."""
+    """Conditional probabilities by row, from joint counts with the Dirichlet(1) prior."""
     return np.asarray((counts + 1) / (counts + 1).sum(axis=-1, keepdims=True))
 
 

@@ -1,8 +1,7 @@
 """How well the transition model explains transitions it has not seen: the 2008 paper's cross-validations.
 
 Source: section 6, Tables 2 and 3, Fig. 11. Each split divides a player's transitions at random, two for learning to one
-held out. As in the paper, the set of labels and the pose basis come from the whole stream. All scores are means over
-held-out (or training) transitions of both players, in nats.
+held out; labels and pose basis come from the whole stream, as in the paper. Scores are means over both players [nats].
 """
 
 from collections.abc import Sequence
@@ -34,8 +33,8 @@ class EvaluationSettings:
         splits: random divisions into two thirds and one third.
         components: numbers of principal components of the local pose for the curve; the first split only.
         pose_components: their number for the tables.
-        prior_counts: strengths of the prior on covariances to compare the three kinds at; the first gives the
-            headline numbers (`simprep.duel.model.semi_tied` explains the prior).
+        prior_counts: strengths of the prior on covariances at which the three kinds are compared; the first gives the
+            headline numbers (see `simprep.duel.model.semi_tied`).
     """
 
     splits: int = 5
@@ -84,7 +83,7 @@ def evaluate(
         tracks: the stream.
         rng: makes the splits.
         settings: None: the paper's.
-        truth: the label model of each player that generated the stream, if it is synthetic.
+        truth: each player's label model that generated the stream, if it is synthetic.
 
     Returns:
         | key | meaning |
@@ -148,14 +147,7 @@ def evaluate_labels(
     splits: int = 5,
     truth: Sequence[LabelModel] | None = None,
 ) -> dict[str, Any]:
-    """The label tables of `evaluate` alone: `label_logprob`, `..._train`, `..._splits`, `label_total_variation`.
-
-    Args:
-        graph: of the stream.
-        rng: makes the splits.
-        splits: how many.
-        truth: the label model of each player that generated the stream, if it is synthetic.
-    """
+    """The tables of `evaluate` about labels alone, without `label_unseen_share`."""
     transitions = [graph.actions.transitions(player) for player in PLAYERS]
     scores = [
         _label_scores(graph, transitions, [split_transitions(len(step), rng) for step in transitions], truth)
@@ -181,17 +173,8 @@ def components_curve(
 ) -> list[dict[str, float]]:
     """Fig. 11: semi-tied log density against the number of principal components.
 
-    A density in more dimensions has another unit, so its level says little: a parameter in metres that varies by less
-    than about 0.24 m raises it and one that varies more lowers it. Beside the paper's curve stands the gain over one
-    Gaussian for all labels: what the next label says about the geometry, the same in any unit.
-
-    Args:
-        graph: of the stream.
-        tracks: the stream.
-        transitions: of both players.
-        split: training and held-out rows, for each player.
-        components: numbers to try.
-        prior_count: of the covariances.
+    The level of a density depends on its number of dimensions. The gain over one Gaussian for all labels does not: it
+    is what the next label says about the geometry. `split` holds each player's training and held-out rows.
 
     Returns:
         For each number: `components`, `explained` (share of the pose variance), `train`, `held_out` (mean log density)

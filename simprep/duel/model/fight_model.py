@@ -1,7 +1,6 @@
-"""All that synthesis needs in one folder: a transition model, and the example motions that it was learned from.
+"""A transition model and its example motions in one folder: all that synthesis needs (2008 paper, section 5).
 
-Source: the 2008 paper, section 5: actions are chosen by the model and taken from the examples. `model.npz` names the
-digest of its stream, so that it is never played with the motions of another one.
+`model.npz` names the digest of its stream, so that it is never used with another one.
 """
 
 import hashlib
@@ -49,14 +48,7 @@ class FightModel:
 
 
 def model_doubts(fight_model: FightModel) -> tuple[str, ...]:
-    """What a fight made with a model should not be trusted for: doubts about its stream, and fighters who never attack.
-
-    Args:
-        fight_model: with its stream.
-
-    Returns:
-        A sentence each; empty where nothing is doubtful.
-    """
+    """What makes fights of a model doubtful, a sentence each: its stream's warnings, and fighters who never attack."""
     silent = [
         f"{player} never attacks in {fight_model.stream.name}, which the model was learned from"
         for player, graph in zip(PLAYERS, fight_model.model.graph.graphs)
@@ -66,7 +58,7 @@ def model_doubts(fight_model: FightModel) -> tuple[str, ...]:
 
 
 def stream_digest(stream: DuelStream) -> str:
-    """Hash of all frames, the frame rate, the seams and the bodies of a stream (SHA-256, hexadecimal)."""
+    """SHA-256 of all frames, the frame rate, the seams and the bodies of a stream, hexadecimal."""
     digest = hashlib.sha256(repr((stream.fps, stream.seams)).encode())
     for motion in stream.players:
         digest.update(repr((motion.character.height_m, motion.character.mass_kg)).encode())
@@ -76,30 +68,19 @@ def stream_digest(stream: DuelStream) -> str:
 
 
 def save_fight_model(model: DuelModel, stream: DuelStream, folder: str | Path) -> tuple[Path, Path]:
-    """Write `model.npz` and, beside it, `stream.npz`.
-
-    Args:
-        model: learned from the stream.
-        stream: all frames of it.
-        folder: is made where missing.
-
-    Returns:
-        Both paths.
+    """Write `model.npz` and all frames it was learned from, `stream.npz`, to a folder, and return both paths.
 
     Raises:
         MotionFileError: they cannot be written.
     """
     folder = Path(folder)
-    # the stream first: a model whose stream is missing would be the worse half
+    # the stream first: a model without its stream is of no use
     motions = save_stream(stream, folder / STREAM_FILE)
     return save_model(model, folder / MODEL_FILE, stream_digest(stream)), motions
 
 
 def read_fight_model(path: str | Path) -> FightModel:
-    """Read a model and its example motions.
-
-    Args:
-        path: a folder that `simprep duel analyse` wrote, or the `model.npz` in it.
+    """Read a model and its example motions from a folder that `simprep duel analyse` wrote, or the `model.npz` in it.
 
     Raises:
         MotionFileError: a file is missing or damaged, or the stream is not the one that the model was learned from.

@@ -1,7 +1,7 @@
-"""A model that has not seen the end of its stream: what passive mode and comparisons with held-out data need.
+"""A model that has not seen the end of its stream, for passive mode and comparisons with held-out data.
 
-Source: the 2008 paper, section 6: the attacks that one fighter performs, and the reactions to them, are kept out of the
-statistical learning. B keeps all actions, so that the held-out ones can still be performed.
+Source: the 2008 paper, section 6: one fighter's attacks and the reactions to them are kept out of the learning. B keeps
+all actions, so that the held-out ones can still be performed.
 """
 
 from dataclasses import dataclass, replace
@@ -19,31 +19,20 @@ from simprep.errors import MotionError
 
 IntArray = NDArray[np.int64]
 SHARE = 1 / 3
-"""Of the stream that is held out, where nothing else is said."""
+"""Default share of the stream that is held out."""
 
 
 def split_frame(whole: FightModel, share: float = SHARE) -> int:
-    """The frame that divides a stream into what is learned and what is held out.
-
-    Args:
-        whole: model of all of it.
-        share: to be held out.
-
-    Returns:
-        The seam nearest to that share; of a stream without seams, the frame.
-    """
+    """The seam nearest to where the held-out share begins; of a stream without seams, that frame."""
     wanted = round((1 - share) * len(whole.stream))
     seams = np.array(whole.stream.seams, dtype=np.int64)
     return int(seams[np.argmin(np.abs(seams - wanted))]) if len(seams) else wanted
 
 
 def learn_before(whole: FightModel, frame: int, settings: TrainingSettings | None = None) -> FightModel:
-    """Learn from what ends before a frame alone: labels, densities, pose basis and examples to choose from.
+    """Learn labels, densities, pose basis and examples only from what ends before a frame (see `split_frame`).
 
-    Args:
-        whole: model of the whole stream, whose cuts and labels are taken over.
-        frame: see `split_frame`.
-        settings: of the training; None: as the whole model's label model, with the paper's densities.
+    Cuts and labels are those of the whole model. Without settings its label model is taken, with the paper's densities.
 
     Raises:
         MotionError: too few actions before the frame.
@@ -93,11 +82,7 @@ def learn_before(whole: FightModel, frame: int, settings: TrainingSettings | Non
 
 
 def held_out_actions(model: FightModel, player: int) -> IntArray:
-    """Actions of a player, in order of time, none of which the model has seen.
-
-    Args:
-        model: of `learn_before`.
-        player: 0 or 1.
+    """Actions of player 0 or 1 that the model has not seen, in order of time.
 
     Raises:
         MotionError: the model has learned from all of the stream, or the player does nothing afterwards.

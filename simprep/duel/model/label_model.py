@@ -1,8 +1,8 @@
-"""Which action follows: P(next own label | own label, opponent's label), what every model of it offers, and scores.
+"""Which action follows: P(next own label | own label, opponent's label), and scores of it.
 
-Source: the 2008 paper, section 4.2. In every function here `own` is the label of the player that is about to choose
-(the paper's l1), `opponent` that of the other (l2), `next` the own label chosen (l1'). Each player has its own model,
-with candidates from its own actions. The estimates are in `simprep.duel.model.estimates`.
+Source: the 2008 paper, section 4.2. `own` is the label of the player about to choose (the paper's l1), `opponent` that
+of the other (l2), `next` the own label chosen (l1'). Each player has its own model. Estimates:
+`simprep.duel.model.estimates`.
 """
 
 from dataclasses import dataclass
@@ -30,7 +30,7 @@ class LabelModel(Protocol):
         ...
 
     def log_prob(self, own: ArrayLike, opponent: ArrayLike, next_label: ArrayLike) -> FloatArray:
-        """Natural logarithm (...) of the probability of the next label; -inf where it is no candidate."""
+        """Log probability (...) of the next label; -inf where it is no candidate."""
         ...
 
 
@@ -92,27 +92,17 @@ class Tabulated:
         return np.asarray(self.table[rows, columns])
 
     def log_prob(self, own: ArrayLike, opponent: ArrayLike, next_label: ArrayLike) -> FloatArray:
-        """Natural logarithm (...) of the probability of the next label; -inf where it is no candidate."""
+        """Log probability (...) of the next label; -inf where it is no candidate."""
         return log_prob_from(self.candidates, self.distribution(own, opponent), next_label)
 
 
 def average_log_prob(model: LabelModel, triples: LabelTriples) -> float:
-    """Mean log P(next | own, opponent) [nats]; higher is better. Hides which transitions are badly explained."""
+    """Mean log P(next | own, opponent) [nats]; higher is better."""
     return float(np.mean(model.log_prob(triples.own, triples.opponent, triples.next)))
 
 
 def total_variation(model: LabelModel, truth: LabelModel, own: ArrayLike, opponent: ArrayLike) -> FloatArray:
-    """Total-variation distance between two models' distributions, 0 (equal) to 1 (disjoint).
-
-    Args:
-        model: one of them.
-        truth: the other; its candidates may differ.
-        own: (...) own label codes.
-        opponent: (...) opponent's label codes.
-
-    Returns:
-        (...) half the sum of absolute differences over the labels of either.
-    """
+    """Total-variation distance (...) of two models, 0 (equal) to 1 (disjoint), given label codes (...)."""
     union = np.union1d(model.candidates, truth.candidates)
     difference = np.zeros((*np.shape(own), len(union)))
     difference[..., np.searchsorted(union, model.candidates)] += model.distribution(own, opponent)
@@ -121,7 +111,7 @@ def total_variation(model: LabelModel, truth: LabelModel, own: ArrayLike, oppone
 
 
 def log_prob_from(candidates: IntArray, distribution: FloatArray, next_label: ArrayLike) -> FloatArray:
-    """Pick the logarithm of one label's probability out of distributions (..., K) over the candidates."""
+    """Log probability of one label in each distribution (..., K) over the candidates."""
     column = row_of(candidates, next_label)
     padded = np.concatenate([distribution, np.zeros((*distribution.shape[:-1], 1))], axis=-1)
     with np.errstate(divide="ignore"):
@@ -129,7 +119,7 @@ def log_prob_from(candidates: IntArray, distribution: FloatArray, next_label: Ar
 
 
 def row_of(known: IntArray, codes: ArrayLike) -> IntArray:
-    """Position of each code among ascending known ones; their number where it is not among them."""
+    """Position of each code among ascending known ones; their number for an unknown one."""
     codes = np.asarray(codes, dtype=np.int64)
     if len(known) == 0:
         return np.zeros(codes.shape, dtype=np.int64)

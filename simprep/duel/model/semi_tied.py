@@ -1,14 +1,13 @@
-"""Gaussians of many classes, few samples each: semi-tied, full and diagonal covariances behind one interface.
+"""Gaussians of many classes with few samples each: semi-tied, full and diagonal covariances.
 
 Source: the 2008 paper, section 4.2 and appendix A.2; Gales, "Semi-tied covariance matrices for hidden Markov models",
 IEEE Transactions on Speech and Audio Processing 7 (1999). Semi-tied: Sigma_m = H diag_m H^T with one H for all classes.
 
-Few samples. A class of N samples has a scatter of rank N - 1, and wherever that is below the dimension, maximum
-likelihood has no answer (a density can grow without bound). So each class gets, beside its own N - 1 deviations from
-its mean, `prior_count` pseudo-deviations with the covariance pooled over all classes: the continuous counterpart of the
-Dirichlet(1) prior on the labels. A class of one sample thereby has the pooled (tied) covariance, no variance vanishes,
-and large classes hardly notice. It is the same for the three kinds, so that they can be compared; `prior_count=0` is
-plain (restricted) maximum likelihood. A class without any sample has the mean and covariance of all samples.
+A class of N samples has a scatter of rank N - 1; where that is below the dimension, maximum likelihood has no answer.
+So each class gets, beside its N - 1 own deviations, `prior_count` pseudo-deviations with the covariance pooled over all
+classes: the continuous counterpart of the Dirichlet(1) prior on labels. A class of one sample thereby has the pooled
+covariance, and large classes hardly notice. A class without samples has the mean and covariance of all samples.
+`prior_count=0` is plain (restricted) maximum likelihood.
 """
 
 from dataclasses import dataclass
@@ -22,16 +21,15 @@ from simprep.errors import MotionError, SettingError
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 
-_LANES = 64  # rows of whole vector registers: then every sum has the same bits wherever it stands
+_LANES = 64  # rows of whole vector registers: every sum has the same bits wherever it stands
 
 PRIOR_COUNT = 10.0
-"""Pseudo-deviations per class, where nothing else is said. Synthetic bouts of 20 to 120 labels with 36 parameters are
-explained best, when held out, by 10 to 30; 1 costs semi-tied 1.3 to 3 nats and full more (`simprep.duel.model.evaluation`)."""
+"""Default pseudo-deviations per class: 10 to 30 explain held-out bouts of 20 to 120 labels with 36 parameters best."""
 
 
 @dataclass(frozen=True)
 class ClassGaussians:
-    """One Gaussian per class, plus one for any class that was never seen.
+    """One Gaussian per class, plus one for any class never seen.
 
     Attributes:
         classes: (M,) class numbers, ascending.
@@ -54,7 +52,7 @@ class ClassGaussians:
 
     @property
     def dimension(self) -> int:
-        """Number of parameters D of a sample."""
+        """Number of parameters D."""
         return int(self.mean.shape[1])
 
     def row(self, classes: ArrayLike) -> IntArray:
@@ -64,15 +62,7 @@ class ClassGaussians:
         return np.where(self.classes[row] == classes, row, len(self.classes)).astype(np.int64)
 
     def log_density(self, samples: FloatArray, classes: ArrayLike) -> FloatArray:
-        """Natural logarithm of the density of each sample under its class.
-
-        Args:
-            samples: (N, D).
-            classes: (N,) class numbers.
-
-        Returns:
-            (N,) in nats; its value depends on the units of the parameters, differences between models do not.
-        """
+        """Log density (N,) of samples (N, D) of classes (N,) [nats]; only its differences do not depend on units."""
         row = self.row(classes)
         lower = np.linalg.cholesky(self.covariance)
         result = np.empty(len(samples))
@@ -97,7 +87,7 @@ class ClassStatistics:
 
     Attributes:
         classes: (M,) class numbers, ascending.
-        count: (M,) deviations from the mean that are free, N - 1, and pseudo-deviations of each.
+        count: (M,) free deviations N - 1 plus pseudo-deviations.
         mean: (M, D).
         scatter: (M, D, D) mean outer product of these deviations.
         all_mean: (D,) of all samples.
@@ -153,7 +143,7 @@ def class_statistics(samples: FloatArray, classes: ArrayLike, prior_count: float
     order = np.argsort(row, kind="stable")
     parts = np.split(deviation[order], np.cumsum(own)[:-1])
     outer = np.stack([part.T @ part for part in parts])
-    # Pooled within the classes; one sample's worth of the whole spread keeps it regular when nearly all are singletons.
+    # pooled within the classes; one sample's worth of the whole spread keeps it regular when nearly all have one sample
     pooled = (outer.sum(axis=0) + all_covariance) / (n - len(names) + 1)
     scatter = (outer + prior_count * pooled) / count[:, None, None]
     return ClassStatistics(names.astype(np.int64), count, mean, scatter, samples.mean(axis=0), all_covariance)
@@ -184,7 +174,7 @@ class SemiTied:
     """Semi-tied covariances Sigma_m = H diag_m H^T, by maximum likelihood (the paper's choice).
 
     Attributes:
-        prior_count: pseudo-deviations per class with the pooled covariance; see the module's text.
+        prior_count: pseudo-deviations per class.
         max_sweeps: most passes over the rows of the transform.
         tolerance: stop when a sweep gains less than this per sample [nats].
     """
@@ -202,18 +192,18 @@ class SemiTied:
         """Ascend the likelihood row by row.
 
         With A = H^-1, only row a_i and the variances of component i meet in G_i = sum over m of N_m W_m / variance_mi.
-        Given these, the best row is a_i = c_i G_i^-1 sqrt(N / (c_i G_i^-1 c_i^T)), where c_i are the cofactors
-        of the row (Gales 1999, Eq. 22), and given the row the best variances are a_i W_m a_i^T. Each step is an exact
-        maximum, so the likelihood cannot fall. Cofactors enter up to a factor only: the i-th column of A^-1 serves.
+        Given these, the best row is a_i = c_i G_i^-1 sqrt(N / (c_i G_i^-1 c_i^T)) with the cofactors c_i of the row
+        (Gales 1999, Eq. 22); given the row, the best variances are a_i W_m a_i^T. Both are exact maxima, so the
+        likelihood cannot fall. Cofactors enter up to a factor only: the i-th column of A^-1 serves.
         """
         count, scatter = statistics.count, statistics.scatter
         total = count.sum()
         dimension = scatter.shape[1]
         average = np.einsum("m,mij->ij", count / total, scatter)
         values, vectors = np.linalg.eigh(average)
-        # Start from the transform that whitens the average: the answer if all classes share one covariance.
+        # begin by whitening the average: the answer if all classes share one covariance
         rows = (vectors / np.sqrt(values)).T
-        # Scatters are symmetric, and their weighted sum is bound by memory: one triangle does.
+        # scatters are symmetric, and their weighted sum is bound by memory: one triangle does
         upper = np.triu_indices(dimension)
         entries = np.zeros((dimension, dimension), dtype=np.intp)
         entries[upper] = entries.T[upper] = np.arange(len(upper[0]))
@@ -227,7 +217,7 @@ class SemiTied:
                 weighted = ((count / variance[:, i]) @ packed)[entries]
                 direction = np.linalg.solve(weighted, inverse[:, i])
                 row = direction * np.sqrt(total / (inverse[:, i] @ direction))
-                # Rank-one update of the inverse for the exchanged row (Sherman-Morrison).
+                # update of the inverse for the exchanged row (Sherman-Morrison)
                 change = (row - rows[i]) @ inverse
                 inverse -= inverse[:, i, None] * change / (1 + change[i])
                 rows[i] = row
@@ -240,12 +230,11 @@ class SemiTied:
 
 @dataclass(frozen=True)
 class FullCovariance:
-    """A covariance of its own for every class, eigenvalues floored (rejected by the paper: it overfits).
+    """A covariance of its own for every class (rejected by the paper: it overfits).
 
     Attributes:
-        prior_count: pseudo-deviations per class with the pooled covariance; see the module's text.
-        eigenvalue_floor: smallest eigenvalue of a class's covariance, where each parameter is in units of its standard
-            deviation over all samples.
+        prior_count: as in `SemiTied`.
+        eigenvalue_floor: of a covariance, with each parameter in units of its standard deviation over all samples.
     """
 
     prior_count: float = PRIOR_COUNT
@@ -263,11 +252,7 @@ class FullCovariance:
 
 @dataclass(frozen=True)
 class DiagonalCovariance:
-    """Independent parameters (rejected by the paper: it underfits).
-
-    Attributes:
-        prior_count: pseudo-deviations per class with the pooled variances; see the module's text.
-    """
+    """Independent parameters (rejected by the paper: it underfits); `prior_count` as in `SemiTied`."""
 
     prior_count: float = PRIOR_COUNT
 
@@ -278,7 +263,7 @@ class DiagonalCovariance:
 
 
 def _log_likelihood(rows: FloatArray, variance: FloatArray, count: FloatArray) -> float:
-    """Of all deviations [nats], where each variance is the maximum-likelihood one for its row."""
+    """Of all deviations [nats], given maximum-likelihood variances."""
     dimension = rows.shape[0]
     per_class = np.log(variance).sum(axis=1) + dimension * (1 + np.log(2 * np.pi))
     return float(count.sum() * np.linalg.slogdet(rows)[1] - 0.5 * count @ per_class)

@@ -1,4 +1,4 @@
-"""Saved duel models: one .npz with a schema version; everything is checked when it is read."""
+"""Saved duel models: one .npz with a schema version, checked when it is read."""
 
 from pathlib import Path
 from typing import Any
@@ -26,15 +26,9 @@ _GAUSSIANS = ("classes", "mean", "covariance")
 
 
 def save_model(model: DuelModel, path: str | Path, stream_sha256: str = "") -> Path:
-    """Write a model to .npz, atomically.
+    """Write a model to .npz, atomically, and return its path; `.npz` is appended if missing.
 
-    Args:
-        model: what to write.
-        path: the file; `.npz` is appended if missing.
-        stream_sha256: digest of the stream it was learned from (`fight_model.stream_digest`); empty: not remembered.
-
-    Returns:
-        The path written.
+    `stream_sha256` is the digest of the stream it was learned from (`fight_model.stream_digest`); empty: none.
     """
     header = {
         "schema": SCHEMA,
@@ -62,14 +56,11 @@ def save_model(model: DuelModel, path: str | Path, stream_sha256: str = "") -> P
 def read_model(path: str | Path) -> DuelModel:
     """Read a model written by `save_model`.
 
-    Args:
-        path: the .npz file.
-
     Raises:
         MotionFileError: missing, not ours, another schema version, other label qualifiers, or damaged.
     """
     with open_archive(path, "duel model", SCHEMA) as (header, archive):
-        # label codes number the qualifiers, so they mean nothing under another table
+        # label codes mean nothing under another table of qualifiers
         if header["qualifiers"] != {aspect: list(names) for aspect, names in QUALIFIERS.items()}:
             raise MotionFileError(path, "labels with other qualifiers than this version's")
         parts = {name: archive[name] for name in archive.files}
@@ -81,9 +72,6 @@ def read_model(path: str | Path) -> DuelModel:
 
 def learned_from(path: str | Path) -> str:
     """Digest of the stream that a saved model was learned from; empty where the file does not say.
-
-    Args:
-        path: the .npz file.
 
     Raises:
         MotionFileError: as `read_model`.

@@ -1,8 +1,7 @@
 """The coupled motion transition graph: action list B, graphs G1 and G2, cross edges C and action table R.
 
-Source: the 2008 paper, section 3.3. In this package the two players are numbered 0 and 1; "own" is the player that
-chooses its next action (the paper's player 1) and "opponent" the other, whichever of the two it is.
-Everything is an array over the actions of the stream, so 16 minutes of fight take milliseconds.
+Source: the 2008 paper, section 3.3. Players are numbered 0 and 1; "own" is the one that chooses its next action (the
+paper's player 1), whichever it is, and "opponent" the other.
 """
 
 from collections.abc import Mapping
@@ -40,11 +39,10 @@ class ActionList:
         start: (A,) first frame of the action in the stream.
         end: (A,) the frame at which the next action begins, one past the last.
         label: (A,) label code (`simprep.duel.labels.labels`).
-        clip: (A,) number of the clip that the action was recorded in.
+        clip: (A,) number of its clip.
         next: (A,) the same player's next action, -1 at the end of a clip or before a gap.
-        concurrent: (A,) what the other player is doing in the action's last frame, -1 where nothing is known. Where
-            both players change at the same frame this is the other's *old* action: neither knows what the other
-            is about to choose.
+        concurrent: (A,) what the other player is doing in the action's last frame, -1 where unknown. Where both change
+            at the same frame this is the other's old action: neither knows what the other is about to choose.
     """
 
     player: IntArray
@@ -63,7 +61,7 @@ class ActionList:
         return np.flatnonzero(self.player == player)
 
     def transitions(self, player: int) -> "Transitions":
-        """The training set of a player (section 4.2, D1 or D2): every change of action whose surroundings are known."""
+        """The training set of a player (section 4.2, D1 or D2): changes of action whose surroundings are known."""
         actions = self.of(player)
         actions = actions[(self.next[actions] != NONE) & (self.concurrent[actions] != NONE)]
         return Transitions(actions, self.concurrent[actions], self.next[actions])
@@ -71,7 +69,7 @@ class ActionList:
 
 @dataclass(frozen=True)
 class Transitions:
-    """Changes of action of one player; entries are indices of actions in B.
+    """Changes of action of one player, as indices of actions in B.
 
     Attributes:
         current: (N,) the own action that ends.
@@ -97,7 +95,7 @@ class TransitionGraph:
 
     Attributes:
         player: 0 or 1.
-        labels: (K,) label code of each node, ascending. Edges run from every node to every node.
+        labels: (K,) label code of each node, ascending.
         node: (A,) node of each action in B, -1 for the other player's actions.
         counts: (K, K) how often the stream learned from goes from node to node.
     """
@@ -111,17 +109,13 @@ class TransitionGraph:
         return len(self.labels)
 
     def members(self, node: int) -> IntArray:
-        """Actions in B that belong to a node (its pointers into B)."""
+        """Actions in B that belong to a node."""
         return np.flatnonzero(self.node == node)
 
 
 @dataclass(frozen=True)
 class ActionTable:
-    """R: from an aspect and a qualifier to the nodes that carry it.
-
-    Attributes:
-        nodes: (player, aspect, qualifier) to node numbers, ascending; every valid key is present.
-    """
+    """R: from every valid (player, aspect, qualifier) to the ascending numbers of the nodes that carry it."""
 
     nodes: Mapping[tuple[int, str, str], IntArray]
 
@@ -135,7 +129,7 @@ class ActionTable:
         return self.nodes[player, aspect, qualifier]
 
     def answering(self, player: int, request: str) -> IntArray:
-        """Nodes that answer a request such as "kick" or "left punch": those where the limb goes to the opponent.
+        """Nodes that answer a request such as "kick" or "left punch": the limb goes to the opponent.
 
         Raises:
             UnknownNameError: not one of `REQUESTS`.
@@ -157,9 +151,8 @@ class CoupledGraph:
     Attributes:
         actions: B.
         graphs: (G1, G2).
-        cross_counts: C. Cross edges join every node of one graph to every node of the other; entry p is
-            (nodes of the opponent, nodes of player p): how often player p begins an action of the second node while
-            the opponent is in the first.
+        cross_counts: C. Entry p is (nodes of the opponent, nodes of player p): how often player p begins an action of
+            the second node while the opponent is in the first.
         table: R.
     """
 
@@ -200,7 +193,7 @@ def link_actions(player: ArrayLike, start: ArrayLike, end: ArrayLike, label: Arr
     player, start, end, label, clip = (column[order] for column in (player, start, end, label, clip))
     same = player[1:] == player[:-1]
     _refuse(np.append(same & (end[:-1] > start[1:]), False), player, start, "it overlaps the player's next")
-    # One frame belongs to one clip, so clip numbers may not go back and forth within a player.
+    # each frame belongs to one clip, so clip numbers rise within a player
     _refuse(np.append(same & (clip[1:] < clip[:-1]), False), player, start, "clip numbers fall after it")
 
     following = np.full(len(player), NONE)

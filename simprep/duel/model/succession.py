@@ -1,7 +1,7 @@
-"""Which labels can follow at all, by what the two ruled aspects mean.
+"""Which labels can follow at all, by what the two ruled aspects mean (2008 paper, section 3.2).
 
-`react` says what the opponent attacks with when the action begins, `move` begins on the foot on which the own last action
-ended (2008 paper, section 3.2): both follow from the two labels given, whatever the fighters choose.
+`react` says what the opponent attacks with when the action begins; `move` begins on the foot on which the own last
+action ended. Both follow from the two labels given, whatever the fighters choose.
 """
 
 import numpy as np
@@ -14,16 +14,7 @@ ENDINGS = 3
 
 
 def may_follow(own: ArrayLike, opponent: ArrayLike, candidates: ArrayLike) -> NDArray[np.bool_]:
-    """Whether a label agrees with what `react` and `move` mean.
-
-    Args:
-        own: (...) own label codes.
-        opponent: (...) the opponent's.
-        candidates: (K,) codes that might come next.
-
-    Returns:
-        (..., K).
-    """
+    """Whether candidates agree with what `react` and `move` mean after the codes (...) of both labels: (..., K)."""
     mine, theirs, following = decode(own), decode(opponent), decode(candidates)
     kick = np.zeros(theirs.shape[:-1], dtype=bool)
     punch = kick.copy()

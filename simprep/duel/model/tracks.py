@@ -11,13 +11,9 @@ from simprep.motion.turns import turned
 
 
 def pair_tracks(stream: DuelStream, kinematics: tuple[Kinematics, Kinematics] | None = None) -> PairTracks:
-    """Tracks of a stream. Joint positions are relative to the root joint, in axes that turn with the heading only.
+    """Tracks of a stream, with joint positions relative to the root joint, in axes that turn with the heading only.
 
-    The lean of the pelvis thus stays visible in them, as in the features that classifiers learn from.
-
-    Args:
-        stream: two people.
-        kinematics: of both, where already computed (`segmentation.stream_kinematics`).
+    So the lean of the pelvis stays visible in them. `kinematics` is of both players, where already computed.
     """
     both = kinematics or stream_kinematics(stream)
     heading = [yaw(one.xquat[:, 0]) for one in both]

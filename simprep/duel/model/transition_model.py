@@ -1,8 +1,8 @@
-"""Which action a fighter does next: P(a1' | a1, a2), learned from a coupled graph, sampled by label and geometry.
+"""Which action a fighter does next: P(a1' | a1, a2), learned from a coupled graph.
 
 Source: the 2008 paper, sections 4 and 5.1.1. P(a1' | a1, a2) is proportional to P(l1' | l1, l2) P(n1, n2, n1' | l1')
-(Eq. 6); with a wanted position c the second factor is P(n1, n2, n1', c | l1') (Eq. 13). Of each label's examples the
-one with the greatest density stands for the label (Eq. 12); among labels the next is drawn by Eq. 6.
+(Eq. 6); with a wanted position c the second factor is P(n1, n2, n1', c | l1') (Eq. 13). The example of greatest density
+stands for its label (Eq. 12); among labels the next is drawn by Eq. 6.
 """
 
 from dataclasses import dataclass, field
@@ -42,7 +42,7 @@ class Candidates:
     example: IntArray
 
     def probabilities(self, allowed: NDArray[np.bool_] | None = None) -> FloatArray:
-        """Weights made a distribution (K,) over the allowed candidates.
+        """Distribution (K,) over the allowed candidates.
 
         Raises:
             SettingError: none is allowed.
@@ -56,7 +56,7 @@ class Candidates:
 
 @dataclass(frozen=True)
 class TransitionModel:
-    """P(a1' | a1, a2) of one player. Immutable; what selection needs is computed once, when made.
+    """P(a1' | a1, a2) of one player. Immutable.
 
     Attributes:
         player: 0 or 1, the player that chooses.
@@ -109,8 +109,7 @@ class TransitionModel:
             own: (P,) n1 in the frame of this moment (`action_features.floor_frame`, `action_parameters`).
             opponent: (P,) n2 in the same frame (`opponent=True`).
             goal: (2,) wanted root position 0.5 s from now in the same frame [m], or None.
-            bonus: (S,) a further factor on the density of each of `examples`, as a logarithm, such as how probably it
-                leads where it should; None: none.
+            bonus: (S,) log of a further factor on the density of each of `examples`; None: none.
 
         Raises:
             SettingError: parameters of the wrong length or not finite, a goal where the model has learned none.
@@ -140,22 +139,14 @@ class TransitionModel:
     ) -> int:
         """Draw the next action: its index in B.
 
-        Args:
-            rng: source of chance.
-            own_label: as in `candidates`, also the next four.
-            opponent_label: see there.
-            own: see there.
-            opponent: see there.
-            goal: see there.
-            allowed: (K,) which candidates may be chosen (from the action table R); None: all.
-            bonus: as in `candidates`.
+        Arguments as of `candidates`; `allowed` (K,) says which candidates may be chosen (action table R), None: all.
 
         Raises:
             SettingError: as `candidates`, or none is allowed.
         """
         found = self.candidates(own_label, opponent_label, own, opponent, goal, bonus)
         cumulative = np.cumsum(found.probabilities(allowed))
-        # Scaled, so that rounding in the last sum cannot lead past the end or onto a forbidden candidate.
+        # scaled: rounding in the last sum must not lead past the end or onto a forbidden candidate
         choice = np.searchsorted(cumulative, rng.random() * cumulative[-1], side="right")
         return int(found.example[choice])
 
@@ -165,7 +156,7 @@ class DuelModel:
     """Everything learned from a stream.
 
     Attributes:
-        fps: frames per second of the stream [1/s]; frame numbers in the graph count these.
+        fps: frame rate of the stream [1/s]; frame numbers in the graph count these.
         goal_delay: time after an action begins at which a goal is reached [s].
         graph: B, G1, G2, C, R.
         basis: principal components of the local poses.
@@ -187,7 +178,7 @@ class TrainingSettings:
 
     Attributes:
         label_model: estimate of P(l1' | l1, l2): eq9 (the paper's), eq7, eq8, log_linear or rules.
-        covariance: estimate of the Gaussians: `SemiTied` (the paper's), `FullCovariance` or `DiagonalCovariance`.
+        covariance: of the Gaussians: `SemiTied` (the paper's), `FullCovariance` or `DiagonalCovariance`.
         pose_components: principal components of the local pose.
         goal_delay: time after an action begins at which a goal is reached [s].
     """
@@ -199,12 +190,7 @@ class TrainingSettings:
 
 
 def train(graph: CoupledGraph, tracks: PairTracks, settings: TrainingSettings | None = None) -> DuelModel:
-    """Learn both players' models from a labelled stream.
-
-    Args:
-        graph: of the stream.
-        tracks: the stream.
-        settings: None: the paper's.
+    """Learn both players' models from a labelled stream, without settings as in the paper.
 
     Raises:
         MotionError: too few transitions for the densities, or tracks that do not fit the graph.
@@ -262,15 +248,9 @@ def player_model(
     gaussians: ClassGaussians,
     goal_gaussians: ClassGaussians | None,
 ) -> TransitionModel:
-    """One player's model from its learned parts; its examples are all the player's actions, by node.
+    """One player's model from its learned parts (see `TransitionModel`) and the parameters (A, P) of all actions.
 
-    Args:
-        graph: of the stream.
-        parameters: (A, P) of every action in the frame in which it began.
-        player: 0 or 1.
-        labels: see `TransitionModel`, also the next two.
-        gaussians: see there.
-        goal_gaussians: see there.
+    Its examples are all the player's actions, by node.
     """
     node = graph.graphs[player].node
     own = graph.actions.of(player)
@@ -281,10 +261,10 @@ def player_model(
 
 
 class _Selector:
-    """Eq. 12 for one situation in well under a millisecond.
+    """Eq. 12 for one situation, fast.
 
-    With the given parameters first, the Cholesky factor splits a joint density into that of the given ones and that of
-    the example's given these; the latter has only P dimensions, and the example's part of it is known beforehand.
+    The Cholesky factor splits a joint density into that of the given parameters and that of the example's given these.
+    The latter has only P dimensions, and the example's part of it is known beforehand.
     """
 
     def __init__(self, model: TransitionModel, gaussians: ClassGaussians) -> None:
@@ -298,7 +278,7 @@ class _Selector:
         white = np.linalg.inv(np.linalg.cholesky(covariance))
         mean = gaussians.mean[row][:, order]
         self._given = len(given)
-        # Whitened deviation of the given parameters g: self._matrix @ g - self._offset, (K, D) after reshaping.
+        # whitened deviation of the given parameters g: self._matrix @ g - self._offset, (K, D) after reshaping
         self._matrix = np.ascontiguousarray(white[:, :, : len(given)]).reshape(-1, len(given))
         self._offset = np.einsum("kij,kj->ki", white[:, :, : len(given)], mean[:, : len(given)]).reshape(-1)
         self._shape = (len(row), dimension)
@@ -309,7 +289,7 @@ class _Selector:
         self._norm = np.log(np.diagonal(white, axis1=1, axis2=2)).sum(axis=1) - 0.5 * dimension * np.log(2 * np.pi)
 
     def best(self, given: FloatArray, bonus: FloatArray | None = None) -> tuple[FloatArray, IntArray]:
-        """Greatest log density (K,) of each candidate's examples, bonus included, and which example (K,) has it."""
+        """Greatest log density (K,) of each candidate's examples, bonus included, and the example (K,) that has it."""
         white = (self._matrix @ given - self._offset).reshape(self._shape)
         residual = self._examples + white[self._candidate, self._given :]
         square = np.einsum("si,si->s", residual, residual)

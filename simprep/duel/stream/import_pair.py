@@ -1,4 +1,4 @@
-"""Two people from one file or two, in one frame: each moves a body with their own legs, so distances are kept."""
+"""Two people from one file or two, in one frame of reference."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -22,13 +22,7 @@ from simprep.motion.store import SCHEMA as MOTION_SCHEMA
 
 @dataclass(frozen=True)
 class PairImport:
-    """Two people and how they came in.
-
-    Attributes:
-        stream: both, as one clip.
-        report: distances, facing and warnings of the stream.
-        imports: what each person's import decided; empty where a stream was read as it was saved.
-    """
+    """Two people: their stream, its report, and what each person's import decided (nothing for a saved stream)."""
 
     stream: DuelStream
     report: StreamReport
@@ -45,25 +39,22 @@ def import_pair(
     settings: PositionSettings = DEFAULT_SETTINGS,
     bodies: tuple[Character, Character] | None = None,
 ) -> PairImport:
-    """Import two people recorded together.
+    """Import two people recorded together: the stream and its reports.
 
-    Every person moves a humanoid whose legs are as long as theirs, so that neither stride nor the distance between
-    them is scaled (with other bodies the distance is kept, and strides are stretched); the vertical axis and the length unit found for A hold for B. Motions that simprep saved, and
-    saved streams, are taken as they are.
+    Each person moves a humanoid with legs as long as theirs, so neither strides nor the distance between the two are
+    scaled. With other `bodies` the distance is kept and strides are stretched. The vertical axis and length unit found
+    for A hold for B. Motions and streams that simprep saved are taken as they are.
 
     Args:
-        a: person A (.bvh, .amc, DeepMimic, .npz of simprep or of joint positions), or one .npz, or one .bvh
-            of two ROOTs, with both people; or a folder with one such .npz of simprep.
+        a: person A (.bvh, .amc, DeepMimic, .npz of simprep or of joint positions); or both people in one .npz, one .bvh
+            with two ROOTs, or a folder with one .npz of simprep.
         b: person B of the same take; None where `a` holds both.
         fps: output frame rate [1/s]; None: the files', at most 60.
         up: vertical axis of the files; None to find it.
         scale: metres per file unit; None to find it.
         joint_map: our parts to the files' joint names, or a JSON file with that.
         settings: cleaning of joint positions.
-        bodies: of A and B instead of their own, such as those of another clip that this one is to be joined to.
-
-    Returns:
-        The stream and the reports.
+        bodies: of A and B instead of their own, such as those of a clip that this one is to be joined to.
 
     Raises:
         MotionFileError: a file cannot be used, holds one person where two are needed, or does not fit the other.

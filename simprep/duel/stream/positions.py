@@ -1,8 +1,8 @@
-"""People recorded as joint positions only (depth cameras, pose estimators): gaps filled, noise filtered, made clips.
+"""People recorded as joint positions alone (depth cameras, pose estimators): gaps filled, noise filtered, made clips.
 
-The file is an .npz with `positions` (T, J, 3) or (T, 2, J, 3), `joint_names` (J) and `fps`. Any set of joints will do
-that names both legs and both arms (hip, knee, ankle or foot; shoulder, elbow, wrist or hand): neck, head, trunk and toes
-are used where they are given. What a position cannot tell (twists, how a hand is turned) stays neutral.
+The file is an .npz with `positions` (T, J, 3) or (T, 2, J, 3), `joint_names` (J) and `fps`. The joints must name both
+legs (hip, knee, ankle or foot) and both arms (shoulder, elbow, wrist or hand); neck, head, trunk and toes are used
+where given. What positions cannot tell (twists, how a hand is turned) stays neutral.
 """
 
 from collections.abc import Mapping
@@ -25,7 +25,7 @@ from simprep.motion.targets import frame_from, unit
 
 FloatArray = NDArray[np.float64]
 TRUNK_NAMES = ("torso", "spine", "chest", "spinemid", "thorax", "spineshoulder")
-"""Names of joints between hips and neck that are used, in lower case without separators."""
+"""Joints between hips and neck that are used, in lower case without separators."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +33,11 @@ class PositionSettings:
     """How recorded positions are cleaned.
 
     Attributes:
-        longest_gap_s: a joint missing for longer is an error; shorter gaps are interpolated [s].
-        cutoff_hz: low-pass of the positions (Butterworth, order 4, no delay); 0 for none. Fast kicks have little above
-            6 Hz at the joints, a depth camera's jitter most of it [1/s].
-        lowest_fps: recordings below this rate are interpolated to a whole multiple of their rate, since feet and
-            accelerations are judged frame by frame [1/s].
+        longest_gap_s: shorter gaps of a joint are interpolated, a longer one is an error [s].
+        cutoff_hz: low-pass of the positions (Butterworth, order 4, no delay); 0 for none. Fast kicks move joints little
+            above 6 Hz; a depth camera's jitter is mostly above [1/s].
+        lowest_fps: slower recordings are interpolated to a whole multiple of their rate, since feet and accelerations
+            are judged frame by frame [1/s].
     """
 
     longest_gap_s: float = 0.25
@@ -64,7 +64,7 @@ class Recording:
         path: the file.
         positions: (T, people, J, 3) in file units and axes; NaN where a joint was not seen.
         names: J joint names.
-        fps: frames per second [1/s].
+        fps: frame rate [1/s].
     """
 
     path: Path
@@ -74,10 +74,7 @@ class Recording:
 
 
 def read_positions(path: str | Path) -> Recording:
-    """Read a file of joint positions.
-
-    Args:
-        path: .npz with `positions` (T, J, 3) or (T, people, J, 3), `joint_names` (J) and `fps`.
+    """Read an .npz with `positions` (T, J, 3) or (T, people, J, 3), `joint_names` (J) and `fps`.
 
     Raises:
         MotionFileError: missing, unreadable, or an entry missing or of the wrong shape.
@@ -118,16 +115,15 @@ def position_clip(
     joint_map: Mapping[str, str] | None = None,
     settings: PositionSettings = DEFAULT_SETTINGS,
 ) -> SourceClip:
-    """A clip for `retarget_clip` from one person's positions: joints named by our parts, orientations from positions.
+    """One person's clip for `retarget_clip`, in file units and axes, with joints named by our parts.
+
+    Orientations follow from positions. The clip's notes say what was interpolated, filtered and estimated.
 
     Args:
         recording: the file.
         person: which of its people.
         joint_map: our parts to the file's joint names, for names that are not recognised.
         settings: gaps, noise and rate.
-
-    Returns:
-        The clip in file units and axes; its notes say what was interpolated, filtered and estimated.
 
     Raises:
         MotionFileError: a needed joint is missing, or not seen for too long: the message names the frame.
@@ -162,7 +158,7 @@ def position_clip(
 
 
 def centres(recording: Recording) -> FloatArray:
-    """Mean of the joints seen in every frame (T, people, 3) [file unit]: where each person is, unfiltered."""
+    """Where each person is: mean (T, people, 3) of the joints seen in every frame, unfiltered [file unit]."""
     seen = np.isfinite(recording.positions).all(axis=-1, keepdims=True)
     count = seen.sum(axis=2)
     out = np.where(seen, recording.positions, 0.0).sum(axis=2) / np.maximum(count, 1)
@@ -177,14 +173,7 @@ def centres(recording: Recording) -> FloatArray:
 def fill_gaps(
     path: Path, recording: Recording, person: int, joints: list[int], longest_s: float
 ) -> tuple[FloatArray, int]:
-    """Interpolate joints that were not seen for a short while, linearly; at the ends the nearest position is held.
-
-    Args:
-        path: the file, for messages.
-        recording: the file.
-        person: which of its people.
-        joints: the joints that matter.
-        longest_s: longest gap to fill [s].
+    """Interpolate a person's joints linearly over gaps up to `longest_s` [s]; at the ends the nearest one is held.
 
     Returns:
         (T, J, 3) positions, complete for these joints, and the number of positions filled in.
@@ -260,7 +249,7 @@ def _cleaned(
 
 
 def _limb_variation(positions: FloatArray, roles: Mapping[str, int]) -> float:
-    """Largest standard deviation over mean of a limb bone's length."""
+    """Largest coefficient of variation of a limb bone's length."""
     worst = 0.0
     for side in SIDES:
         for first, second in (("thigh", "shank"), ("shank", "foot"), ("upper_arm", "forearm"), ("forearm", "hand")):
@@ -271,7 +260,7 @@ def _limb_variation(positions: FloatArray, roles: Mapping[str, int]) -> float:
 
 
 def _estimated_toes(at: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
-    """Points before the ankles: level and ahead of the pelvis while the ankle is low, square to the shank above."""
+    """Points before the ankles: level and ahead of the pelvis while the ankle is low, square to a raised shank."""
     ankles = (at["left_foot"] + at["right_foot"]) / 2
     rise = np.median(at["neck"] - ankles, axis=0)
     up = np.zeros(3)
@@ -290,7 +279,7 @@ def _estimated_toes(at: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
 
 
 def _assemble(recording: Recording, at: dict[str, FloatArray], fps: float, notes: list[str]) -> SourceClip:
-    """Joints in a tree named by our parts, with orientations that follow the bones."""
+    """A tree of joints named by our parts, with orientations that follow the bones."""
     names = ["hips", *(["spine"] if "spine" in at else []), "neck", *(["head"] if "head" in at else [])]
     names += [f"{side}_{part}" for side in SIDES for part in LIMB_PARTS]
     names += [f"{side}_toe" for side in SIDES]
@@ -300,7 +289,7 @@ def _assemble(recording: Recording, at: dict[str, FloatArray], fps: float, notes
         parent |= {f"{side}_thigh": "hips", f"{side}_upper_arm": trunk}
         for chain in (("thigh", "shank", "foot", "toe"), ("upper_arm", "forearm", "hand")):
             parent |= {f"{side}_{lower}": f"{side}_{upper}" for upper, lower in pairwise(chain)}
-    # a tree lists parents first; the roles above already do
+    # a tree lists parents first; the names above already do
     parents = np.array([names.index(parent[name]) if name in parent else -1 for name in names], dtype=np.intp)
     positions = np.stack([at[name] for name in names], axis=1)
     pelvis = frame_from(at["left_thigh"] - at["right_thigh"], at["neck"] - at["hips"])
@@ -314,7 +303,7 @@ def _assemble(recording: Recording, at: dict[str, FloatArray], fps: float, notes
             pointing, shank = at[f"{side}_toe"] - at[name], at[name] - at[f"{side}_shank"]
             left = pelvis[..., 1] - unit(pointing) * (pelvis[..., 1] * unit(pointing)).sum(axis=-1, keepdims=True)
             rotations[:, number] = frame_from(left, -shank)
-    rest = np.zeros((len(names), 3))  # no pose of the file is known to be a straight stand
+    rest = np.zeros((len(names), 3))  # no pose of the file is known to stand straight
     return SourceClip(
         recording.path,
         "joint positions",

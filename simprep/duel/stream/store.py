@@ -1,4 +1,4 @@
-"""The file of a two-person stream: one .npz with a schema version and the identity of the model its poses belong to."""
+"""The file of a two-person stream: one .npz with a schema version and the name of the model its poses belong to."""
 
 from pathlib import Path
 from typing import Any
@@ -16,17 +16,10 @@ _HINTS = {"simprep.motion/": "one person; `simprep duel import A B` joins two"}
 
 
 def save_stream(stream: DuelStream, path: str | Path) -> Path:
-    """Write a stream to .npz, atomically.
-
-    Args:
-        stream: what to write.
-        path: the file; `.npz` is appended if missing.
-
-    Returns:
-        The path written.
+    """Write a stream to .npz, atomically, and return its path; `.npz` is appended if missing.
 
     Raises:
-        MotionFileError: it cannot be written, or a player is not our humanoid, the only one that the file can name.
+        MotionFileError: it cannot be written, or a player is not our humanoid, the only body that the file can name.
     """
     for player, motion in zip(PLAYERS, stream.players):
         if not _is_ours(motion.character):
@@ -63,10 +56,7 @@ def save_stream(stream: DuelStream, path: str | Path) -> Path:
 
 
 def read_stream(path: str | Path) -> DuelStream:
-    """Read a stream written by `save_stream`.
-
-    Args:
-        path: the .npz file, or a folder with one.
+    """Read a stream written by `save_stream`, from the .npz file or a folder with one.
 
     Raises:
         MotionFileError: missing, not a two-person stream, another schema version or another model.
@@ -82,7 +72,7 @@ def read_stream(path: str | Path) -> DuelStream:
 
 
 def _is_ours(character: Character) -> bool:
-    """Whether stature and mass say all about a character, as the file does."""
+    """Whether stature and mass, which the file holds, say all about a character."""
     if character.name != MODEL_NAME or character.height_m is None or character.mass_kg is None:
         return False
     return character == humanoid(character.height_m, character.mass_kg)

@@ -1,4 +1,4 @@
-"""A two-person stream: two synchronised motions in one frame, as one clip or several with their seams remembered."""
+"""A two-person stream: two synchronised motions in one frame of reference, of one clip or several."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -12,15 +12,15 @@ from simprep.motion.motion import Motion
 from simprep.motion.rotations import wrap_angle
 
 PLAYERS = ("A", "B")
-"""Names of the two people in files and messages, in the order of `DuelStream.players`."""
+"""Names of the two people, in the order of `DuelStream.players`."""
 FARTHEST_M = 10.0
-"""People farther apart than this do not interact [m]."""
+"""The two people are at most this far apart [m]."""
 SWAP_SPEED = 8.0
-"""Both roots moving faster than this, each to where the other was, have swapped names [m/s]."""
+"""Two tracked people have exchanged names where both roots jump faster than this to where the other was [m/s]."""
 SHORT_S = 20.0
 """A shorter stream holds too few actions for a model [s]."""
 FACING = np.radians(60.0)
-"""A person whose heading is this near to the direction of the other faces them [rad]."""
+"""A person faces the other where the heading is this near to the other's direction [rad]."""
 
 FloatArray = NDArray[np.float64]
 
@@ -31,10 +31,10 @@ class DuelStream:
 
     Attributes:
         players: motions of A and B: the same frames of the same world.
-        seams: first frame of every clip but the first; between a seam and the frame before it no time passes that was
-            recorded, so nothing may be differentiated, segmented or counted across it.
+        seams: first frame of every clip but the first. The time before a seam was not recorded, so nothing may be
+            differentiated, segmented or counted across it.
         clips: names of the clips, one more than seams.
-        name: short name for tables and files.
+        name: for tables and files.
 
     Raises:
         MotionError: lengths, frame rates or loops that do not fit, people too far apart, or seams out of order.
@@ -88,7 +88,7 @@ class DuelStream:
 
     @property
     def duration(self) -> float:
-        """Recorded time [s], without what passed between clips."""
+        """Recorded time, without what passed between clips [s]."""
         return (len(self) - len(self.clips)) / self.fps
 
     def clip_of(self, frames: NDArray[np.intp]) -> NDArray[np.intp]:
@@ -113,11 +113,11 @@ class StreamReport:
 
     Attributes:
         frames: number of frames.
-        fps: frames per second [1/s].
+        fps: frame rate [1/s].
         duration_s: recorded time [s].
         clips: number of clips.
         distance_m: horizontal root distance: smallest, median, largest [m].
-        facing_deg: median angle between each one's heading and the direction of the other [deg], A and B.
+        facing_deg: median angle between the heading of A, and of B, and the direction of the other [deg].
         facing_share: share of frames in which A faces B, and B faces A, within 60 degrees.
         warnings: a sentence each.
     """
@@ -139,7 +139,7 @@ def root_distance(stream: DuelStream) -> FloatArray:
 
 
 def facing_error(stream: DuelStream) -> FloatArray:
-    """Angle from each one's heading to the direction of the other (T, 2), -pi to pi [rad]; positive: other to the left."""
+    """Angle (T, 2) from each one's heading to the other's direction, -pi to pi [rad]; positive: other to the left."""
     a, b = (motion.qpos for motion in stream.players)
     to_b = np.arctan2(b[:, 1] - a[:, 1], b[:, 0] - a[:, 0])
     angles = np.stack([to_b - yaw(a[:, 3:7]), to_b + np.pi - yaw(b[:, 3:7])], axis=1)
@@ -147,18 +147,10 @@ def facing_error(stream: DuelStream) -> FloatArray:
 
 
 def swapped_frames(roots: FloatArray, fps: float, seams: Sequence[int] = ()) -> NDArray[np.intp]:
-    """Frames at which two tracked people have exchanged names.
+    """First frames (N,) in which two tracked people have exchanged names.
 
-    Both roots jump faster than `SWAP_SPEED`, while crossed over they move less than half as far: from one frame to the
-    next, or to the one after it, since interpolation to another frame rate puts one between.
-
-    Args:
-        roots: (T, 2, 2 or 3) root positions of A and B [m].
-        fps: frames per second [1/s].
-        seams: frames at which a new clip begins; nothing is compared across them.
-
-    Returns:
-        First frames with exchanged names.
+    Both roots (T, 2, 2 or 3) [m] jump faster than `SWAP_SPEED`, while exchanged they move less than half as far: within
+    one frame, or two where interpolation put a frame between. Nothing is compared across seams.
     """
     found: list[int] = []
     for lag in (1, 2):
@@ -167,17 +159,13 @@ def swapped_frames(roots: FloatArray, fps: float, seams: Sequence[int] = ()) -> 
         fast = straight.min(axis=1) * fps > SWAP_SPEED * lag
         frames = np.flatnonzero(fast & (crossed.sum(axis=1) < 0.5 * straight.sum(axis=1))) + lag
         within = ~np.isin(frames[:, None] - np.arange(lag), np.array(seams, dtype=np.intp)).any(axis=1)
-        # what is seen from one frame to the next is seen around it once more
+        # a jump of one frame is found again over two
         found += [int(frame) for frame in frames[within] if not any(abs(frame - known) < 2 for known in found)]
     return np.array(sorted(found), dtype=np.intp)
 
 
 def check_stream(stream: DuelStream) -> StreamReport:
-    """Describe a stream: distances, who faces whom, and warnings about what a model should not be made from.
-
-    Args:
-        stream: two people.
-    """
+    """Describe a stream: distances, who faces whom, and what makes it unfit for a model."""
     distance, angle = root_distance(stream), np.abs(facing_error(stream))
     share = (angle < FACING).mean(axis=0)
     warnings = []
@@ -205,11 +193,7 @@ def check_stream(stream: DuelStream) -> StreamReport:
 
 
 def concatenate_streams(streams: Sequence[DuelStream], name: str = "stream") -> DuelStream:
-    """Several recordings of the same two people, one after the other; their seams are remembered, nothing is moved.
-
-    Args:
-        streams: at least one.
-        name: of the result.
+    """Several recordings of the same two people, one after the other; seams are kept and nothing is moved.
 
     Raises:
         MotionError: none given, or rates or bodies differ.

@@ -1,1 +1,1 @@
-"""A choreographed stream of two fighters with known truth: synthetic, made from the built-in motions."""
+"""A choreographed stream of two fighters with known truth, made from the built-in motions."""

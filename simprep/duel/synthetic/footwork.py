@@ -51,12 +51,7 @@ class Stay:
 
 
 def stays_of(fighter: Fighter, actions: list[Planned]) -> list[list[Stay]]:
-    """Stays of the left and right foot.
-
-    Args:
-        fighter: for where the feet are at first.
-        actions: of a clip.
-    """
+    """Stays of a fighter's left and right foot during a clip's actions."""
     out: list[list[Stay]] = []
     total = actions[-1].end / FPS
     for foot in range(2):
@@ -72,7 +67,7 @@ def stays_of(fighter: Fighter, actions: list[Planned]) -> list[list[Stay]]:
                 if step.lift >= 0:
                     lift = start + step.lift * length
                     if action.flight:
-                        # both have left the floor when the flight begins; the leading leg a little earlier
+                        # both feet are off the floor when the flight begins; the leading leg a little earlier
                         off = action.end / FPS - 0.5 * action.flight
                         lift = off - 0.09 if step.lift > 0 else off
                     side = SIDES[foot]
@@ -145,7 +140,7 @@ def pressure_point(
     rotation: FloatArray,
     contacts: NDArray[np.bool_],
 ) -> FloatArray:
-    """Planned pressure point: under the foot that stands alone, else between both, forward in a punch.
+    """Planned pressure point (T, 2): under the foot that stands alone, else between both, forward in a punch [m].
 
     Args:
         actions: of a clip.
@@ -153,9 +148,6 @@ def pressure_point(
         position: (T, 2, 3) ankles [m].
         rotation: (T, 2, 3, 3) of the feet.
         contacts: (T, 2) supporting feet.
-
-    Returns:
-        (T, 2) [m].
     """
     soles = (position + 0.06 * rotation[..., 0])[..., :2]  # (T, 2, 2)
     share = np.full(len(contacts), np.nan)  # of the left foot

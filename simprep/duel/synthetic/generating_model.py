@@ -1,8 +1,7 @@
 """The model that generates a synthetic stream: P(next label | own label, opponent's label), known outright.
 
-A fighter whose action ends sees what the opponent is doing at that moment, chooses a kind of action by a table, and on
-which foot it will end by another. `react` follows from the opponent's label and the first foot from the own label, so
-that the probability of every label is a product of two entries.
+A fighter whose action ends sees what the opponent is doing, chooses a kind of action by one table and the foot on which
+it ends by another. `react` and the first foot follow from the labels, so each probability is a product of two entries.
 """
 
 from collections.abc import Mapping
@@ -23,7 +22,7 @@ IntArray = NDArray[np.int64]
 FOOT_LETTERS = ("L", "R", "F")
 _REACT = {"kick": "kick", "punch": "punch"}
 FREE = ("neutral", "bwd", "fwdbwd", "down", "jump_down")
-"""Ends of the names of kinds after which a fighter chooses freely; the others are in the middle of something."""
+"""Ends of the names of kinds after which a fighter chooses freely."""
 
 
 def is_free(kind: str) -> bool:
@@ -37,7 +36,7 @@ class Temper:
 
     Attributes:
         start: weight of every kind that may be begun, when the opponent does nothing.
-        contexts: factor on all attacks, by what the opponent is doing; for kicks and for punches.
+        contexts: factors on kicks and on punches, by what the opponent is doing.
         again: factor on attacks straight after an own attack.
         double_punch: probability that the same hand punches again.
         other_hand: probability that the other hand follows while the first returns.
@@ -56,9 +55,6 @@ class Temper:
 
 def kind_table(temper: Temper) -> FloatArray:
     """P(kind | own kind, context) as (own kind, context, kind).
-
-    Args:
-        temper: of the fighter.
 
     Raises:
         SettingError: an unknown kind among the weights.
@@ -103,11 +99,7 @@ def _followed(temper: Temper, own: str, context: str) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Footing:
-    """On which foot actions end.
-
-    Attributes:
-        change: probability that it is the other one, by the end of a kind's name (the longest that fits counts).
-    """
+    """On which foot actions end: `change` is the probability of another one, by the longest fitting end of the kind."""
 
     change: Mapping[str, float]
 
@@ -131,7 +123,7 @@ def _other(foot: str) -> str:
 
 @dataclass(frozen=True)
 class GeneratingModel:
-    """P(next | own, opponent) of one fighter; offers what every label model does (`simprep.duel.model.label_model`).
+    """P(next | own, opponent) of one fighter, a `label_model.LabelModel`.
 
     Attributes:
         kinds: (kinds, contexts, kinds) P(kind | own kind, what the opponent is doing).
@@ -169,12 +161,12 @@ class GeneratingModel:
 
     @cached_property
     def _parts(self) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-        """Of the candidates: kind, react, first and last foot as indices."""
+        """Of the candidates: indices of kind, react, first and last foot."""
         return _split(self.candidates)
 
     @cached_property
     def _feet(self) -> FloatArray:
-        """(K,) probability of each candidate's last foot given its kind and first foot."""
+        """(K,) probability of each candidate's last foot."""
         kind, _, first, last = self._parts
         return np.array(
             [
@@ -200,7 +192,7 @@ class GeneratingModel:
         return np.asarray(out.reshape(*own.shape, -1))
 
     def log_prob(self, own: ArrayLike, opponent: ArrayLike, next_label: ArrayLike) -> FloatArray:
-        """Natural logarithm (...) of the probability of the next label; -inf where it cannot follow."""
+        """Log probability (...) of the next label; -inf where it cannot follow."""
         return log_prob_from(self.candidates, self.distribution(own, opponent), next_label)
 
     def tabulated(self, opponent: "GeneratingModel") -> Tabulated:
@@ -209,7 +201,7 @@ class GeneratingModel:
         return Tabulated(self.candidates, opponent.candidates, self.distribution(own, other))
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything that makes the model, ready for JSON; `from_dict` reads it."""
+        """The model, ready for JSON; `from_dict` reads it."""
         return {
             "kind_names": list(KIND_NAMES),
             "contexts": list(CONTEXTS),
@@ -230,7 +222,7 @@ class GeneratingModel:
 
 
 def _split(codes: IntArray) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-    """Kind, react, first and last foot of label codes, as indices.
+    """Indices of kind, react, first and last foot of label codes.
 
     Raises:
         SettingError: a label that is of no kind.

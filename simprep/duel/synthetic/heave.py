@@ -1,8 +1,8 @@
-"""Height of the centre of mass over a row of actions, each with one peak of the contact force and a minimum at its ends.
+"""Height of the centre of mass over actions, each with one peak of the contact force and a minimum at its ends.
 
-The vertical acceleration runs in half cosine waves from the minimum at one cut to the peak and on to the minimum at the
-next. Peak height and time follow from the wish that the body neither rises nor sinks at a cut and is at a given height
-there. This is the structure that the 2008 paper cuts at (section 3.1).
+The vertical acceleration runs in half cosine waves from the minimum at a cut to the peak and on to the next minimum.
+Height and time of the peak follow from the wish that the body has a given height and no vertical speed at each cut.
+This is the structure that the 2008 paper cuts at (section 3.1).
 """
 
 from dataclasses import dataclass
@@ -34,7 +34,7 @@ class Heave:
 
 
 def heave(cuts: IntArray, minima: FloatArray, heights: FloatArray, flights: FloatArray, fps: float) -> Heave:
-    """Height of the centre of mass through the cuts of a clip.
+    """Height of the centre of mass through the cuts of a clip, over cuts[-1] - cuts[0] frames.
 
     Args:
         cuts: (N + 1,) first frame of every action and the frame after the last.
@@ -42,9 +42,6 @@ def heave(cuts: IntArray, minima: FloatArray, heights: FloatArray, flights: Floa
         heights: (N + 1,) wanted heights there [m].
         flights: (N + 1,) how long the body flies around the cut [s]; 0: it does not.
         fps: frames per second [1/s].
-
-    Returns:
-        The course over cuts[-1] - cuts[0] frames.
     """
     total = int(cuts[-1] - cuts[0])
     acceleration = np.empty(total + 1)
@@ -62,14 +59,14 @@ def heave(cuts: IntArray, minima: FloatArray, heights: FloatArray, flights: Floa
         peaks[number] = first + round(share * (after - first))
         velocity = _velocity(wave, speed, fps)
         reached += float(np.sum(0.5 * (velocity[1:] + velocity[:-1])) / fps)
-        speed = float(velocity[-1])  # not quite 0 between frames; left alone it would add up
+        speed = float(velocity[-1])  # not quite 0; left alone it would add up
     return Heave(_integrated(acceleration[:-1], float(heights[0]), fps), acceleration[:-1], peaks + int(cuts[0]))
 
 
 def _wave(
     times: FloatArray, start: float, end: float, before: float, behind: float, rise: float, speed: float
 ) -> tuple[FloatArray, float]:
-    """Acceleration of one action that ends at rest, and at which share of it the peak is, nearest to the wanted rise."""
+    """Acceleration of an action that ends at rest, nearest to the wanted rise, and its peak's share of time."""
     length = float(times[-1])
     first, last = (-GRAVITY if before > 0 else start), (-GRAVITY if behind > 0 else end)
     best: tuple[float, FloatArray, float] | None = None
@@ -77,7 +74,7 @@ def _wave(
     for share in np.linspace(earliest, 0.85 if behind > 0 else LATEST, 45):
         middle = before + share * (length - before - behind)
         up, down = middle - before, length - behind - middle
-        # the speed is zero at the end: the two half waves and the flights take away what there is
+        # at the end the speed is 0: the two half waves and the flights balance it
         peak = (2 * GRAVITY * (before + behind) - first * up - last * down - 2 * speed) / (up + down)
         rising = 0.5 * (first + peak) - 0.5 * (peak - first) * np.cos(np.pi * np.clip((times - before) / up, 0, 1))
         falling = 0.5 * (peak + last) + 0.5 * (peak - last) * np.cos(np.pi * np.clip((times - middle) / down, 0, 1))

@@ -1,4 +1,4 @@
-"""What the fighters of a synthetic stream can do, as far as labels tell: kinds of action, and what they mean to the other one."""
+"""What the fighters of a synthetic stream can do: kinds of action, and what they mean to the opponent."""
 
 from collections.abc import Mapping
 from types import MappingProxyType

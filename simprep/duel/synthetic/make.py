@@ -1,4 +1,4 @@
-"""The built-in synthetic stream: clips drawn, performed, joined, and blurred by measurement noise."""
+"""The built-in synthetic stream: clips drawn, performed, joined, and given the noise of a measurement."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -42,15 +42,12 @@ class SyntheticStream:
 def make_synthetic(
     settings: SyntheticSettings, seed: int = 0, progress: Callable[[int, int], None] | None = None
 ) -> SyntheticStream:
-    """Make a synthetic stream.
+    """Make a synthetic stream with its truth.
 
     Args:
         settings: see `simprep.duel.synthetic.presets.PRESETS`.
         seed: the same seed gives the same stream; clip k depends on the seed and k alone.
         progress: called with the number of clips made and of all.
-
-    Returns:
-        The stream with its truth.
     """
     first, second = (GeneratingModel(kind_table(temper), settings.footing) for temper in settings.tempers)
     generators, character = (first, second), humanoid()
@@ -95,7 +92,7 @@ def make_synthetic(
 def _rows(
     fighters: tuple[Fighter, Fighter], parts: list[Performance], clip: int, step: int, offset: int
 ) -> tuple[list[list[int]], list[str]]:
-    """Player, start, end, clip, code, clip's number of the answered action, peak of every action; and what it is made of."""
+    """Player, start, end, clip, code, clip's number of the answered action, peak of every action; and its variant."""
     rows, variants = [], []
     for player, (fighter, part) in enumerate(zip(fighters, parts)):
         for action, peak, variant in zip(fighter.done, part.peaks, part.variants):

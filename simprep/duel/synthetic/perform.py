@@ -1,7 +1,7 @@
 """From a drawn clip to poses: postures of the pieces, feet on their places, centre of mass with its force peaks.
 
-Feet roll and pivot without slipping (`simprep.library.parts.feet`), the centre of mass follows the planned pressure point by the
-cart-table model and the wanted heave, and legs follow exactly: the same whole-body solver as for the built-in motions.
+Feet roll and pivot without slipping (`simprep.library.parts.feet`), the centre of mass follows the planned pressure
+point by the cart-table model and the wanted heave, and legs follow by the whole-body solver of the built-in motions.
 """
 
 from dataclasses import dataclass
@@ -34,25 +34,24 @@ DEEPEST_M = 0.09
 SETTLE_S, SMOOTH_S = 0.26, 0.016
 """Differences of posture between actions fade over this time; Gaussian over all postures [s]."""
 TOES_DOWN = np.radians(38)
-"""Pitch of the feet when a jump begins and ends."""
+"""Pitch of the feet when a jump begins and ends [rad]."""
 CROUCHING, CROUCH_M = 0.7, 0.13
 """Depth of the force minimum before the push of a jump, and after its landing, in body weights; the body bobs no deeper
 than this then [m]."""
 TOLERANCE_M, PASSES = 3e-4, 8
 """How exactly the centre of mass follows its path where the legs reach, and after how many passes it is left [m]."""
 MISSED_M, BENT, DIP_M, YIELDS = 0.005, np.radians(2.0), 0.01, 6
-"""A foot that is missed by more [m], a leg bent beyond its range by more [rad] or a swinging foot below the floor by more [m]
-yields, at most so often."""
+"""A foot missed by more [m], a leg bent too far [rad] or a foot in the floor by more [m] yields, so often at most."""
 DEEP_M, CLEAR_S = 0.05, 0.05
-"""A swinging foot this deep in the floor leaves its own angles for its path; over which time before and after it rises [m, s]."""
+"""A swinging foot this deep in the floor [m] follows its path, which rises so long before and after [s]."""
 SOLE_M = 0.16
 """Ankle to toes [m]."""
 LEAN_S, LEAN_M = 0.10, 0.02
 """Over which time, and by how much at once, the body is held back towards a foot that is missed [s, m]."""
 PIVOT_MOST = np.radians(15)
-"""A foot pivots no farther than this at once."""
+"""A foot pivots no farther than this at once [rad]."""
 HEEL_HIGHEST = np.radians(60)
-"""Pitch at which a foot stands on the tips of its toes."""
+"""Pitch at which a foot stands on the tips of its toes [rad]."""
 
 
 @dataclass(frozen=True)
@@ -75,12 +74,7 @@ class Performance:
 
 
 def perform(fighter: Fighter, rng: np.random.Generator) -> Performance:
-    """Poses of one fighter through a clip.
-
-    Args:
-        fighter: with all actions of the clip.
-        rng: defences, amplitudes and style.
-    """
+    """Poses of one fighter through a clip; `rng` draws defences, amplitudes and style."""
     actions = fighter.done
     cuts = np.array([action.start for action in actions] + [actions[-1].end], dtype=np.int64)
     total = int(cuts[-1])
@@ -111,10 +105,10 @@ def perform(fighter: Fighter, rng: np.random.Generator) -> Performance:
 
 
 def _yield(channels: FloatArray, missed: FloatArray, excess: FloatArray, plan: Plan, com: FloatArray) -> FloatArray:
-    """What a body does whose leg is too short or too stiff for a stance; feet change in place, the lean (T, 2) comes back.
+    """What a body does whose leg is too short or too stiff; feet change in place, the lean (T, 2) is returned.
 
-    The heel rises where the ankle would bend too far or the leg does not reach, the foot pivots where the hip would turn too
-    far, and the body stays nearer to a foot that it misses.
+    The heel rises where the ankle would bend too far or the leg does not reach, the foot pivots where the hip would
+    turn too far, and the body stays nearer to a foot that it misses.
     """
     leg = plan.character.groups["left_leg"]
     dorsiflexion, rotation = leg.index("left_ankle_dorsiflexion"), leg.index("left_hip_rotation")
@@ -134,9 +128,9 @@ def _yield(channels: FloatArray, missed: FloatArray, excess: FloatArray, plan: P
 
 
 def _rise(swing: FloatArray, dip: FloatArray, contacts: NDArray[np.bool_]) -> FloatArray:
-    """What swinging feet do that pass through the floor; kicks change in place, by how much paths rise (T, 2) comes back [m].
+    """How far (T, 2) the paths of swinging feet that pass through the floor rise [m]; kicks change in place.
 
-    A kicking leg leaves its own angles sooner, and its foot's path, which stays above the floor, takes over.
+    A kicking leg leaves its own angles sooner for its foot's path, which stays above the floor.
     """
     wide = 2 * round(CLEAR_S * FPS) + 1
     deep = gaussian_filter1d(maximum_filter1d(dip, wide, axis=0), 0.5 * CLEAR_S * FPS, axis=0)
@@ -177,11 +171,10 @@ def _plan(
 
 
 def _solve(plan: Plan, com: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-    """Poses within the ranges of all joints, what is missed by that, and what would have been needed.
+    """Poses (T, nq) within the ranges of all joints, and what they fall short of.
 
-    Returns:
-        (T, nq) poses; (T, 2) how far each supporting foot is from its place [m]; (T, 2, 6) by how much the hinges of
-        supporting legs would have to leave their ranges, signed [rad]; (T, 2) how deep each swinging foot is in the floor [m].
+    That is (T, 2) how far each supporting foot is from its place [m], (T, 2, 6) by how much the hinges of supporting
+    legs would have to leave their ranges, signed [rad], and (T, 2) how deep each swinging foot is in the floor [m].
     """
     character = plan.character
     qpos = np.zeros((len(com), character.nq))
@@ -320,7 +313,7 @@ def _postures(
 
 
 def _idle(action: Planned, rng: np.random.Generator, jump: FloatArray) -> FloatArray:
-    """What the posture does in the middle of an action without a piece."""
+    """Posture in the middle of an action without a piece."""
     change, character = np.zeros_like(jump), humanoid()
     if action.kind.startswith("jump"):
         return jump

@@ -1,7 +1,7 @@
 """Movements of the fighters, taken from the built-in motions: out, back, and the instants that divide them.
 
-Of each motion the posture is kept: pelvis, trunk, arms, a kicking leg, how the feet roll and pivot. Where the feet stand and
-where the centre of mass goes is decided by the clip as drawn (`simprep.duel.synthetic.perform`).
+Only the posture is kept: pelvis, trunk, arms, a kicking leg, how the feet roll and pivot. The drawn clip decides where
+feet stand and the centre of mass goes (`simprep.duel.synthetic.perform`).
 """
 
 from collections.abc import Sequence
@@ -19,15 +19,14 @@ from simprep.motion.rotations import rotation_matrix
 
 FloatArray = NDArray[np.float64]
 FIRST_HINGE, PITCH, PIVOT = 3, -4, -2
-"""Channels of a posture: yaw, pitch, roll of the pelvis; hinges; and, counted from the end, pitch of the feet and
-pivot of the feet [rad]."""
+"""Channels of a posture [rad]: yaw, pitch, roll of the pelvis; hinges from the first; pitch and pivot of the feet."""
 AFTER_GUARD_S = 0.80
 """Boxing motions end this long after they are back in guard [s]."""
 THROUGH_FRAMES, LEAD_IN, LEAD_OUT = 3, 14, 10
 """From contact of a punch to its end; how long before lift-off and after touch-down a kick is used."""
 
 SURFACE_M = 0.21
-"""From a wrist or ankle to the knuckles or the ball of the foot, and from the target's surface to above its pelvis [m]."""
+"""From wrist or ankle to knuckles or ball of the foot, plus from the target's surface to above its pelvis [m]."""
 
 PUNCHES = {
     ("left", "lead"): ("jab_left_head", "jab_left_body", "hook_left_head", "hook_left_body"),
@@ -56,8 +55,8 @@ class Piece:
     Attributes:
         name: of the built-in motion.
         channels: (T, channels) posture at 60 frames per second.
-        out: instants of the way out, as frames: begin, lift-off (kicks), furthest point.
-        back: of the way back: furthest point, touch-down (kicks), end.
+        out: frames of the way out: begin, lift-off (kicks), furthest point.
+        back: frames of the way back: furthest point, touch-down (kicks), end.
         rise_m: centre of mass at the furthest point above that in guard [m].
         reach_m: from the pelvis to the striking wrist or ankle at the furthest point, on the floor [m]; 0 without one.
     """

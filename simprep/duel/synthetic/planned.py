@@ -1,4 +1,4 @@
-"""A clip as it is drawn: steps, planned actions, and the state of a fighter while it is."""
+"""A clip as it is drawn: steps, planned actions, and the state of a fighter."""
 
 from dataclasses import dataclass, field
 
@@ -9,7 +9,7 @@ from simprep.duel.synthetic.kinds import label_of
 
 FloatArray = NDArray[np.float64]
 FPS = 60.0
-"""Frames are counted at this rate; all cuts are even, so that half of the frames are a stream at 30 per second."""
+"""Rate of frames here; all cuts are even, so that half of the frames are a stream at 30 per second."""
 OFFSETS = {"left": np.array([[0.20, 0.11], [-0.20, -0.13]]), "right": np.array([[-0.20, 0.13], [0.20, -0.11]])}
 """Left and right foot from the middle of the stance, forward and left, by the foot in front [m]."""
 TOES_OUT = {"left": np.radians([8.0, 32.0]), "right": np.radians([32.0, 8.0])}
@@ -22,7 +22,7 @@ class Step:
 
     Attributes:
         foot: 0 left, 1 right.
-        lift: share of the action at which it leaves the floor; may lie before 0 for none.
+        lift: share of the action at which it leaves the floor; negative: it is in the air already.
         land: the same for touch-down; above 1: in the next action.
         place: (2,) where it is put down, world [m].
         toes: direction of the foot then, world [rad].
@@ -48,12 +48,12 @@ class Planned:
         last: foot on which it ends.
         react: qualifier of the label.
         answers: number of the opponent's action that was under way when this one began, -1 for none.
-        role: what a neutral action is for: `guard`, `step`, `feint`, `block`, `dodge`, `retreat`, `hit`; otherwise the kind.
+        role: of a neutral action: `guard`, `step`, `feint`, `block`, `dodge`, `retreat`, `hit`; otherwise the kind.
         steps: of the feet.
         heading: direction faced at the end [rad].
         flight: how long the body flies around the end [s].
-        strength: how deep the force minimum at the end is, in body weights.
-        skips: before a kick the standing foot steps too, while the kicking one bears the weight for a moment.
+        strength: depth of the force minimum at the end, in body weights.
+        skips: the standing foot steps too before a kick, while the kicking one bears the weight.
         variant: of a punch or kick on its way: the built-in motion it is made from.
     """
 

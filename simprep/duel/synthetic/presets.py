@@ -1,8 +1,8 @@
 """The two synthetic streams, with the sizes of the 2008 paper: kickboxing and taekwondo.
 
-Rates and times are chosen to be plausible, not to make any result come out. Durations after phase times of punches (0.2 to
-0.3 s to contact, 0.2 to 0.4 s back) and kicks (about 0.5 s from lift to contact); reaction 0.24 s to a punch (simple
-reaction of boxers, Bianco et al. 2011) and about 0.4 s to a kick (choice reaction).
+Rates and times are plausible, not chosen to make any result come out: punches take 0.2 to 0.3 s to contact and 0.2 to
+0.4 s back, kicks about 0.5 s from lift to contact; reactions 0.24 s to a punch (simple reaction of boxers, Bianco et
+al. 2011) and about 0.4 s to a kick (choice reaction).
 """
 
 from collections.abc import Mapping
@@ -29,13 +29,13 @@ class SyntheticSettings:
     Attributes:
         name: of the preset.
         fps: frames per second [1/s], 60 or 30.
-        clips: number of clips; all are equally long.
-        clip_s: length of a clip [s].
+        clips: number of clips.
+        clip_s: length of each clip [s].
         tempers: of A and B.
         changes_foot: probability that an action ends on another foot than it began, by the end of its kind's name.
         distance_m: of the roots while nobody attacks [m].
-        reaction_s: from the beginning of the opponent's punch, and kick, until a waiting fighter acts: mean and standard
-            deviation [s].
+        reaction_s: mean and standard deviation of the time from the beginning of the opponent's punch, and kick, until
+            a waiting fighter acts [s].
         joint_noise_deg: standard deviation of the measurement noise of every hinge and of the root's rotation [deg].
         root_noise_m: the same of the root's position [m].
         noise_s: over which the noise is correlated (standard deviation of a Gaussian) [s].

@@ -1,8 +1,7 @@
-"""Who does what when: an asynchronous clip, drawn from the generators action by action.
+"""Who does what when: an asynchronous clip, drawn action by action. Whoever's action ends first chooses the next.
 
-Whoever's action ends first chooses the next. Labels come from the generating model alone; how far and where to step follows from the
-distance, and a waiting fighter's action ends a reaction time after the opponent's attack began, so that the answer comes
-neither before the attack can be seen nor long after.
+Labels come from the generating model alone; steps follow from the distance. A waiting fighter's action ends a reaction
+time after the opponent's attack began, so that the answer comes in time, but not before the attack can be seen.
 """
 
 import numpy as np
@@ -26,7 +25,7 @@ STANCE_M = np.array([[0.24, 0.16], [0.56, 0.34]])
 STRIDE_M = np.array([[-0.10, 0.14], [0.66, 0.40]])
 """Shortest and longest distance of the feet, along and across, where a step leads; the same between two steps [m]."""
 PUNCH_LEAN_M, KICK_LEAN_M = -0.18, 0.10
-"""How much nearer the roots are than the middles of the stances when a punch, and the standing foot when a kick, is out [m]."""
+"""How much nearer the roots are than the middles of the stances at a punch, than the standing foot at a kick [m]."""
 NEAREST_M = 0.62, 0.85
 """Nobody steps nearer than this in an attack, and otherwise, middle of the stance to middle of the stance [m]."""
 MISS_M = 0.08
@@ -38,16 +37,7 @@ FORWARD_M, BACKWARD_M, ONE_FOOT_M = 0.50, 0.40, 0.28
 def draw_clip(
     settings: SyntheticSettings, generators: tuple[GeneratingModel, GeneratingModel], rng: np.random.Generator
 ) -> tuple[Fighter, Fighter]:
-    """Draw one clip.
-
-    Args:
-        settings: distances, times.
-        generators: of A and B.
-        rng: source of chance.
-
-    Returns:
-        Both fighters with all their actions, which end together.
-    """
+    """Draw one clip: both fighters with all their actions, which end together."""
     length = GRID * round(settings.clip_s * FPS / GRID)
     half = 0.5 * settings.distance_m * rng.uniform(0.95, 1.1)
     leads = ("left", "right" if rng.random() < 0.3 else "left")
@@ -124,7 +114,7 @@ def _begin(
 
 
 def _aim(other: Fighter, frame: int) -> FloatArray:
-    """Where the middle of the opponent's feet is expected in a frame, as far as its present action tells."""
+    """Where the middle of the opponent's feet is expected in a frame."""
     if not other.done:
         return other.centre
     now = other.now
@@ -244,7 +234,7 @@ def _place(
 def _reachable(
     place: FloatArray, other: FloatArray, foot: int, lead: str, heading: float, limits: FloatArray
 ) -> FloatArray:
-    """A foothold near a wanted one from which the stance is neither too long nor crossed, within limits (2, 2) [m]."""
+    """A foothold near a wanted one with a stance neither too long nor crossed, within limits (2, 2) [m]."""
     sign = np.array([1.0 if SIDES[foot] == lead else -1.0, 1.0 if foot == 0 else -1.0])
     apart = turned(place - other, -heading) * sign
     return np.asarray(other + turned(np.clip(apart, *limits) * sign, heading))
@@ -257,8 +247,8 @@ def _free_feet(action: Planned) -> set[int]:
 def _times(action: Planned, rng: np.random.Generator | None) -> list[tuple[int, float, float]]:
     """(foot, share at lift, share at touch-down) of the steps that make the first and last foot what they should be.
 
-    Standing on one foot means that the other is lifted; while both stand, the nearer single stance counts, so the first
-    step of an action lifts the foot that it does not begin on and its last step the one it does not end on.
+    While both feet stand, the nearer single stance counts: the first step of an action lifts the foot that it does not
+    begin on, its last step the one it does not end on.
     """
     kind, first, last = action.kind, action.first, action.last
 
@@ -288,7 +278,7 @@ def _times(action: Planned, rng: np.random.Generator | None) -> list[tuple[int, 
             return [(kicking, -1.0, 0.62 + jitter(0.04))]
         return [(kicking, -1.0, 0.52), (1 - kicking, 0.62, 0.92)]
     if first != last:
-        # a punch is carried by the step: the body has come along when the fist is out
+        # a punch is carried by the step
         spans = ((0.04, 0.32), (0.44, 0.74)) if _strikes(kind) else ((0.08, 0.40), (0.56, 0.90))
         (lift, land), (next_lift, next_land) = spans
         return [

@@ -15,9 +15,6 @@ PERCENTILES = (10, 25, 50, 75, 90)
 def summarise_synthetic(made: SyntheticStream) -> dict[str, Any]:
     """Numbers about a synthetic stream.
 
-    Args:
-        made: with its truth.
-
     Returns:
         | key | meaning |
         | --- | --- |
@@ -26,10 +23,10 @@ def summarise_synthetic(made: SyntheticStream) -> dict[str, Any]:
         | `attacks_per_min` | punches and kicks begun per minute, of A and of B |
         | `duration_s` | percentiles of the length of actions |
         | `strike_distance_m` | of the roots when a fist or foot is out farthest, percentiles |
-        | `reaction_s` | from the beginning of an attack to that of the first fitting action begun during it, percentiles |
+        | `reaction_s` | from the beginning of an attack to that of the first fitting action during it, percentiles |
         | `answered_share` | attacks during which the opponent begins a fitting reaction |
         | `facing_deg` | of the pelvis from the direction of the other, percentiles |
-        | `foot_missed_mm` | how far a supporting foot is from its place where a leg is too short: 99th percentile, largest |
+        | `foot_missed_mm` | how far a supporting foot misses its place (short legs): 99th percentile, largest |
     """
     stream, truth = made.stream, made.truth
     kinds = [KIND_OF[tuple(int(index) for index in row)] for row in truth.qualifiers]

@@ -34,7 +34,7 @@ class Truth:
         codes: (S,) label codes.
         answers: (S,) row of the opponent's attack that was under way when the action began; -1 for none.
         peaks: (S,) frame of the peak of the contact force.
-        variants: what each action was made of: a built-in motion, or what a neutral action is for.
+        variants: built-in motion that an action was made of, or what a neutral action is for.
         generators: of A and B.
     """
 
@@ -62,10 +62,7 @@ class Truth:
         return Cuts((first, second), bounds)
 
     def fitting(self) -> NDArray[np.bool_]:
-        """(S,) whether an action is a fitting reaction: it answers an attack by a defence or an attack of its own.
-
-        Not so a limb merely on its way back, or a jump already begun.
-        """
+        """(S,) whether an action is a fitting reaction: it answers an attack by a defence or an attack of its own."""
         from simprep.duel.synthetic.kinds import KIND_OF, attacks
 
         kinds = [KIND_OF[tuple(int(index) for index in row)] for row in self.qualifiers]
@@ -79,11 +76,7 @@ def truth_path(stream: str | Path) -> Path:
 
 
 def save_truth(truth: Truth, path: str | Path) -> Path:
-    """Write a truth to .npz, atomically.
-
-    Args:
-        truth: what to write.
-        path: the file.
+    """Write a truth to .npz, atomically, and return the path.
 
     Raises:
         MotionFileError: it cannot be written.
@@ -105,11 +98,7 @@ def save_truth(truth: Truth, path: str | Path) -> Path:
 
 
 def read_truth(path: str | Path, stream: DuelStream | None = None) -> Truth:
-    """Read a truth written by `save_truth`.
-
-    Args:
-        path: the .npz file.
-        stream: what it should be the truth of.
+    """Read a truth written by `save_truth`, and check that it is that of a stream, where given.
 
     Raises:
         MotionFileError: missing, no truth, another schema version or other labels, or of another stream.
