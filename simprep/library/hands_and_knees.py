@@ -1,10 +1,10 @@
 """Crawling on hands and knees: bend down, walk out on the hands, kneel, diagonal crawl, and the same way back up.
 
-Fists, knees and toes bear the load; `Motion.contacts` knows feet only, so it says when the toes are on the floor. The limbs move in
-diagonal pairs, as adults crawl (Patrick et al. 2009, J Neurophysiol 101:603); cycle time, stride and share of stance are
-within 1.0 to 1.6 s, 0.5 to 0.7 m and 60 to 75 %. On the knees the pelvis height and roll follow from the length of the thighs, so that the
-knees stay on the floor. The way up is the way down with time reversed. Nothing here is fast, so positions are planned and the
-COM is only kept over the feet until the hands are down.
+Fists, knees and toes bear the load; `Motion.contacts` holds the feet only. Limbs move in diagonal pairs, as in adults
+(Patrick et al. 2009, J Neurophysiol 101:603): cycle 1.0 to 1.6 s, stride 0.5 to 0.7 m, stance 60 to 75 %. Pelvis height
+and roll follow from the length of the thighs, so that the knees stay on the floor. The way up is the way down with time
+reversed. The movement is slow, so positions are planned, and the COM is kept over the feet only until the hands are
+down.
 """
 
 from dataclasses import dataclass
@@ -49,12 +49,11 @@ class HandsAndKneesStyle:
     """Parameters of a crawl on hands and knees.
 
     Attributes:
-        half_steps: how many diagonal pairs move, the first and the last by half a stride's share.
+        half_steps: number of diagonal pairs that move, the first and the last by half a step.
         half_step_s: from one pair's start to the next one's [s].
         swing_s: time of a pair in the air [s].
-        stride: how far a limb moves in a full step [m].
-        lift: of knees and toes in a step [m].
-        hand_lift: of the hands [m].
+        stride: length of a full step [m].
+        lift, hand_lift: of knees and toes, and of the hands, in a step [m].
     """
 
     half_steps: int = 6
@@ -72,9 +71,6 @@ class HandsAndKneesStyle:
 
 def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     """A crawl on hands and knees along x, from standing to standing.
-
-    Args:
-        style: its parameters.
 
     Raises:
         MotionError: a pose leaves the joint limits by more than 0.5 deg.

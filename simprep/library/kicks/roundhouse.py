@@ -2,8 +2,7 @@
 
 Angles have no measured source: knee folded 100 to 130 deg in the chamber and 10 to 30 deg at contact (low kick 30 to
 50), support foot turned 60 to 120 deg outward, trunk leaning 20 to 45 deg away. Phases and foot speed (about 12 m/s)
-after Gavagan & Sayers 2017, PLoS One e0182645, and Wasik 2022, J Mens Health 18:138. Hip abduction and pelvis hike
-raise the leg in a fixed proportion.
+after Gavagan & Sayers 2017, PLoS One e0182645, and Wasik 2022, J Mens Health 18:138.
 """
 
 from dataclasses import dataclass, field, replace

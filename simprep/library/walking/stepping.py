@@ -1,8 +1,8 @@
 """Motions made of single flat steps from standing: side-steps, turns on the spot, a step forward or back.
 
-The steps determine pressure, pelvis and arms. The pressure rests under the foot that stays while the other is in the
-air; the COM follows by the cart-table model. Durations and lengths are own choices of unhurried movement: 0.3 to 0.45 s
-in the air.
+Pressure, pelvis and arms follow from the steps. The pressure rests under one foot while the other is in the air; the
+COM follows by the cart-table model. Durations and lengths are own choices of unhurried movement: 0.3 to 0.45 s in the
+air.
 """
 
 from collections.abc import Sequence
