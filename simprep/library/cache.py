@@ -97,7 +97,7 @@ def _sources(folders: tuple[str, ...] = SOURCES) -> Iterator[Path]:
 
 
 def edited_since_import(folders: tuple[str, ...] = SOURCES) -> bool:
-    """Whether files changed since this process loaded them; what it makes then belongs under no key."""
+    """Whether files may have changed since this process loaded them; what it makes then belongs under no key."""
     return any(path.stat().st_mtime > _IMPORTED_AT for path in _sources(folders))
 
 

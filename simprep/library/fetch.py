@@ -101,8 +101,8 @@ def fetch(
 ) -> Fetched:
     """Download the missing files of a collection, and write a sidecar beside every take without one.
 
-    Files arrive whole or not at all. A file that no longer matches its checksum is downloaded again; a download that does
-    not match is refused. Existing sidecars stay: they may hold events that the user has marked.
+    Files arrive whole or not at all. A file that no longer matches its checksum is downloaded again; a download that
+    does not match is refused. Existing sidecars stay: they may hold events that the user has marked.
 
     Args:
         recipe: the collection.

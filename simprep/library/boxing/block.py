@@ -24,7 +24,8 @@ class Block:
     Attributes:
         name: of the motion.
         height: `high` (head) or `low` (ribs).
-        close_s, hold_s, return_s: time to the block, in it, and back to the guard [s].
+        close_s: from the first frame of the movement to the block in place [s].
+        hold_s, return_s: time in the block, and back to the guard [s].
         brace_m: drop of the COM by the knees [m].
         bend_deg: of the trunk towards the blocking arm [deg].
     """

@@ -1,7 +1,7 @@
-"""Evasions of a boxer: slip, bob and weave, sway back, shoulder roll. The feet stay, the head leaves the line of the blow.
+"""Evasions of a boxer: slip, bob and weave, sway back, shoulder roll. The feet stay, the head leaves the blow's line.
 
-Timing by design: 0.25 to 0.4 s to the peak, 0.3 to 0.5 s back; 25 to 35 cm of drop clear a hook to the head. Boxers make about
-56 vertical movements of the hips a minute (Dinu et al. 2020, Proceedings 49:61).
+Timing is chosen: 0.25 to 0.4 s to the peak, 0.3 to 0.5 s back; 25 to 35 cm of drop clear a hook to the head. Boxers
+move their hips up and down about 56 times a minute (Dinu et al. 2020, Proceedings 49:61).
 """
 
 from dataclasses import dataclass

@@ -151,7 +151,7 @@ def _solve(
     shift: NDArray[np.float64],
     via: list[list[tuple[float, int, float]]] | None = None,
 ) -> Motion:
-    """Whole-body motion in guard; `pressure` is the planned ZMP; the fists follow `lift`, the bounce from -1 to 1, late."""
+    """Whole-body motion in guard; `pressure` is the planned ZMP, `lift` the bounce from -1 to 1."""
     times = np.arange(len(phase)) / FPS
     via = via or [[], []]
     feet = [

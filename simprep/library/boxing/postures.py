@@ -251,8 +251,8 @@ def _thrust(
 ) -> list[ArmKey]:
     """Keys, frame by frame, of a fist that moves from the guard straight to a point of the world and back.
 
-    The guard moves with the trunk, the point does not; one minimum-jerk share blends them each way, so that the path has
-    no kink. The speed peaks early: a nearly straight elbow gives little speed.
+    The guard moves with the trunk, the point does not; a minimum-jerk share blends them each way, so the path has no
+    kink. The speed peaks early: a nearly straight elbow gives little speed.
     """
     (start, _), (there, aim) = keys
     if not isinstance(aim, Aim):

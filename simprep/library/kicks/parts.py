@@ -97,11 +97,11 @@ class KickPhases:
         fold: leg folded again.
         lower: the arms begin to leave the guard.
         duration: end of the motion.
-        hip_lead: hip ahead of the knee at the strike.
-        pelvis_lead: pelvis and pivot ahead of the knee at the strike.
-        turn_lead: start of the pelvis turn before the lift.
+        hip_lead: lead of the hip on the knee at the strike.
+        pelvis_lead: lead of the pelvis and the pivot on the knee at the strike.
+        turn_lead: from the start of the pelvis turn to the lift.
         follow: time the pelvis stays turned after the strike.
-        contact_lead: event `impact` before the strike: the foot is fastest then.
+        contact_lead: from the event `impact`, when the foot is fastest, to the strike.
     """
 
     ready: float = 0.70

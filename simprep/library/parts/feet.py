@@ -110,7 +110,12 @@ class FootPath:
 
 
 def foot_spheres(side: str, character: Character = humanoid()) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Centres (N, 3) in the foot frame and radii (N,) of a foot's spheres, in the order of `Character.soles` [m]."""
+    """Centres (N, 3) in the foot frame and radii (N,) of the spheres of a foot, ordered as `Character.soles` [m].
+
+    Args:
+        side: `left` or `right`.
+        character: the body.
+    """
     model = character.model
     ids = character.sole_geoms[SIDES.index(side)]
     return np.array(model.geom_pos[ids]), np.array(model.geom_size[ids, 0])
@@ -123,6 +128,12 @@ def ankle_height(character: Character = humanoid()) -> float:
 
 
 def lowest_point(side: str, rotation: NDArray[np.float64], character: Character = humanoid()) -> NDArray[np.float64]:
-    """Height (T,) of the lowest point of a foot relative to its ankle centre, negative [m]; `rotation` is (T, 3, 3)."""
+    """Height (T,) of the lowest point of a foot relative to its ankle centre, negative [m].
+
+    Args:
+        side: `left` or `right`.
+        rotation: (T, 3, 3) of the foot.
+        character: the body.
+    """
     centres, radii = foot_spheres(side, character)
     return np.asarray(((rotation @ centres.T)[:, 2, :] - radii).min(axis=-1))

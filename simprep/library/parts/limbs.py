@@ -55,7 +55,7 @@ def limb_lengths(character: Character = humanoid()) -> LimbLengths:
 
 
 def fist_middle(side: str, character: Character) -> NDArray[np.float64]:
-    """Middle (3,) of a fist in the hand's frame [m]: the site with the hand's name, else the hand's centre of mass.
+    """Middle (3,) of the `left` or `right` fist, hand frame [m]: the site of that name, else the centre of mass.
 
     Raises:
         SettingError: the character lacks that hand.

@@ -136,7 +136,7 @@ class JointLeg:
 
     Attributes:
         angles: (T, 6) over time in the order of `simprep.library.parts.limbs.leg_joints` [rad].
-        weight: share of these against the foot's path over the floor, over time, 0 to 1.
+        weight: share of these against the angles that put the foot on its path, over time, 0 to 1.
     """
 
     angles: Curve
@@ -194,7 +194,7 @@ def build_movement(movement: Movement) -> Motion:
 
 
 def support_point(side: str, stance: Stance, forward: float = 0.05) -> NDArray[np.float64]:
-    """A point (2,) on the long axis of the flat sole, `forward` metres before the ankle [m]."""
+    """A point (2,) on the long axis of the `left` or `right` flat sole, `forward` metres before the ankle [m]."""
     turn = axis_rotation("z", SIGNS[side] * stance.toe_out)
     return np.array([stance.x, stance.y]) + forward * turn[:2, 0]
 

@@ -82,8 +82,8 @@ class Plan:
 def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
     """Poses qpos (T, nq) that follow a plan: feet exactly, COM by moving the pelvis, ZMP by a dynamics filter.
 
-    The cart-table model gives the COM path. What the limbs add to the ZMP is measured and subtracted from the plan, a few
-    times (Kajita et al. 2003, section 4, as a boundary value problem instead of preview control).
+    The cart-table model gives the COM path. What the limbs add to the ZMP is measured and subtracted from the plan, a
+    few times (Kajita et al. 2003, section 4, as a boundary value problem instead of preview control).
 
     Raises:
         MotionError: a pose leaves the joint limits by more than 0.5 deg.
