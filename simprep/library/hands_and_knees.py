@@ -211,7 +211,7 @@ def _hands(
 
 @dataclass(frozen=True)
 class _Ends:
-    """Ends of the limbs: pelvis (T, 3, 3), ankles, fists (T, 2, 3), feet (T, 2, 3, 3), floor share of the arms (T, 1)."""
+    """Ends of the limbs: pelvis (T, 3, 3), ankles, fists (T, 2, 3), feet (T, 2, 3, 3), arms on the floor (T, 1)."""
 
     root: NDArray[np.float64]
     ankle: NDArray[np.float64]
