@@ -1,8 +1,8 @@
 """Motions on disk: made once, then loaded from the user's cache folder, bit by bit the same.
 
-A motion is kept under a key of everything that it depends on: the versions of simprep and the packages it computes with,
-the kind of machine, the model file and the source text of the code that makes motions. Whatever is wrong with the cache (a damaged
-or foreign file, a folder that cannot be written) only means that the motion is made anew.
+The key of a motion covers all it depends on: versions of simprep and its packages, kind of machine, model file, and
+source text of the code that makes motions. A damaged or foreign file or a read-only folder only means that the motion
+is made anew.
 """
 
 import contextlib
@@ -30,9 +30,9 @@ PACKAGES = ("numpy", "scipy", "mujoco", "mink", "daqp")
 SOURCES = ("library", "motion")
 """Folders of simprep whose code makes motions."""
 KEPT_VERSIONS = 4
-"""Keys whose motions are kept; the oldest go. Several, so that two versions in use do not take turns in deleting."""
+"""Keys whose motions are kept; the oldest go. Several, so that two versions in use do not delete each other's."""
 _IMPORT_S = 5.0
-"""Longest time that importing simprep takes before this module's turn comes [s]."""
+"""Longest time from the start of importing simprep to this module [s]."""
 _IMPORTED_AT = time.time() - _IMPORT_S
 
 
@@ -50,12 +50,9 @@ def cached_motion(name: str, generate: Callable[[], Motion], inputs: bytes = b""
     """A motion from the cache, or made and put there.
 
     Args:
-        name: of the motion; what `generate` makes must bear it.
-        generate: makes the motion; deterministic.
+        name: of the motion that `generate` makes.
+        generate: makes the motion; deterministic. Its errors pass through.
         inputs: what it depends on besides our code and the model, such as the contents of a file.
-
-    Raises:
-        SimprepError: what `generate` raises.
     """
     if not is_name(name):
         return generate()
@@ -78,7 +75,7 @@ def code_key(folders: tuple[str, ...] = SOURCES, packages: tuple[str, ...] = PAC
     """Hash of all that something generated depends on, 16 hexadecimal digits.
 
     Args:
-        folders: of simprep, whose code makes it; what describes the humanoid always counts.
+        folders: of simprep, whose code makes it; the humanoid's description always counts.
         packages: that it is computed with.
     """
     digest = hashlib.sha256()
@@ -100,16 +97,12 @@ def _sources(folders: tuple[str, ...] = SOURCES) -> Iterator[Path]:
 
 
 def edited_since_import(folders: tuple[str, ...] = SOURCES) -> bool:
-    """Whether this process may hold older code than the files now show; what it makes then belongs under no key."""
+    """Whether files may have changed since this process loaded them; what it makes then belongs under no key."""
     return any(path.stat().st_mtime > _IMPORTED_AT for path in _sources(folders))
 
 
 def drop_old_versions(folder: Path) -> None:
-    """Remove all but the newest keys of a cache.
-
-    Args:
-        folder: that holds one folder for each key.
-    """
+    """Remove all but the newest keys of a cache, a folder with one folder for each key."""
     versions = sorted((path for path in folder.iterdir() if path.is_dir()), key=lambda path: path.stat().st_mtime)
     for old in versions[:-KEPT_VERSIONS]:
         shutil.rmtree(old, ignore_errors=True)

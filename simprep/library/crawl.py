@@ -1,7 +1,7 @@
-"""Crawling under a bar: down into a deep crouch with the trunk level, short low steps, and up again.
+"""Crawling under a bar at about 1 m, on two feet: down into a deep crouch, trunk level, short low steps, and up again.
 
-This is the two-footed crawl-under (a bar at about 1 m), not hands and knees: the hands hang before the shins and help to balance. The
-crouch goes about as low as the ankles allow with flat feet. Key values are set by hand; COM and footsteps obey the cart-table model.
+The hands hang before the shins and help to balance. The crouch is about as low as the ankles allow with flat feet. Key
+values are set by hand; COM and footsteps obey the cart-table model.
 """
 
 from dataclasses import dataclass
@@ -41,17 +41,14 @@ class CrawlStyle:
     Attributes:
         steps: number of steps, the last of which closes the feet.
         step_length: how far a foot passes the other [m].
-        step_time: from lift to lift [s].
-        swing_time: lift to landing [s].
+        step_time, swing_time: from lift to lift, and from lift to landing [s].
         step_width: between the ankles [m].
         clearance: height of the ankle's rise in a step [m].
         com_height: in the crouch [m].
         pitch_deg: forward pitch of the pelvis in the crouch [deg].
-        lumbar_deg: bend of the lower trunk in the crouch [deg].
-        thorax_deg: bend of the upper trunk in the crouch [deg].
+        lumbar_deg, thorax_deg: bend of lower and upper trunk in the crouch [deg].
         neck_deg: extension of the neck that keeps the eyes ahead [deg].
-        down_s: from the ready posture to the crouch [s].
-        up_s: from the crouch to standing [s].
+        down_s, up_s: from the ready posture to the crouch, and from the crouch to standing [s].
         sway_deg: turn of the pelvis with each step [deg].
     """
 
@@ -72,12 +69,7 @@ class CrawlStyle:
 
 
 def crawl(style: CrawlStyle | None = None, name: str = "crawl") -> Motion:
-    """A crawl under a bar along x, right foot first.
-
-    Args:
-        style: its parameters.
-        name: of the motion.
-    """
+    """A crawl under a bar along x, right foot first."""
     style = style or CrawlStyle()
     bottom = TARGET_S + style.down_s
     lifts = [bottom - 0.05 + style.step_time * number for number in range(style.steps)]

@@ -1,7 +1,7 @@
 """Ducking under something at head height: down by knees and trunk, hold, up.
 
-Timing and depth after boxing practice: 0.25 to 0.45 s down, 0.3 to 0.5 s up; head lowered by 25 to 35 cm, less for a slip under a
-straight punch, more for a low swing; hips by bending the knees, the rest by the trunk. The downward acceleration stays below free fall.
+Timing and depth after boxing practice: 0.25 to 0.45 s down, 0.3 to 0.5 s up, head lowered by 25 to 35 cm. The hips go
+down by the knees, the head further by the trunk. The downward acceleration stays below free fall.
 """
 
 from dataclasses import dataclass
@@ -35,12 +35,9 @@ class DuckStyle:
 
     Attributes:
         low: COM height at the bottom [m].
-        down_s: time to the bottom [s].
-        hold_s: time at the bottom [s].
-        up_s: time back to the guard [s].
+        down_s, hold_s, up_s: to the bottom, at the bottom, back to the guard [s].
         pitch_deg: forward pitch of the pelvis at the bottom [deg].
-        lumbar_deg: bend of the lower trunk at the bottom [deg].
-        thorax_deg: bend of the upper trunk at the bottom [deg].
+        lumbar_deg, thorax_deg: bend of lower and upper trunk at the bottom [deg].
         neck_deg: extension of the neck that keeps the eyes ahead [deg].
         heel_deg: rise of the rear heel at the bottom [deg].
     """
@@ -57,12 +54,7 @@ class DuckStyle:
 
 
 def duck(style: DuckStyle | None = None, name: str = "duck") -> Motion:
-    """A duck from a guard, feet in a short stride.
-
-    Args:
-        style: its parameters.
-        name: of the motion.
-    """
+    """A duck from a guard, feet in a short stride."""
     style = style or DuckStyle()
     down = round(TARGET_S + style.down_s, 9)
     up = round(down + style.hold_s, 9)

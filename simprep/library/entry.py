@@ -1,4 +1,4 @@
-"""What the library knows of a motion before it is generated: name, family, parameters, and how to make it."""
+"""Entries of the library: name, family, parameters, and how to make the motion."""
 
 import re
 from collections.abc import Callable, Mapping
@@ -20,9 +20,9 @@ class Entry:
         name: unique, lower case.
         family: one of `FAMILIES`.
         summary: what a person does in it, in a few words.
-        generate: makes the motion; deterministic, no arguments.
+        generate: makes the motion; deterministic.
         parameters: what distinguishes it within its family (side, height, speed, ...), units in the keys.
-        terms: of use, where the motion is someone's recording; empty for generated ones.
+        terms: of use for a recording; empty for generated motions.
     """
 
     name: str
@@ -39,7 +39,7 @@ def is_name(text: str) -> bool:
 
 
 def mirrored(entry: Entry, name: str, summary: str, parameters: Mapping[str, float | str] | None = None) -> Entry:
-    """The entry whose motion is another's mirror image, left for right.
+    """The entry whose motion is the mirror image of another's, left for right.
 
     Args:
         entry: the other.

@@ -1,4 +1,4 @@
-"""What a motion amounts to, in numbers: times, contacts, speeds, heights, travel."""
+"""A motion in numbers: times, contacts, speeds, heights, travel."""
 
 from dataclasses import dataclass
 
@@ -17,22 +17,20 @@ from simprep.motion.turns import turned
 
 @dataclass(frozen=True)
 class MotionFacts:
-    """A motion in numbers; a loop's are those of one cycle.
+    """A motion in numbers; those of a loop cover one cycle.
 
     Attributes:
         duration_s: length [s].
-        frames: number of frames.
-        fps: frames per second [1/s].
+        frames, fps: number of frames, and frames per second [1/s].
         loop: whether it repeats.
         events_s: events in order of time [s].
         stances_s: `left` and `right`: (begin, end) of every stance of that foot [s].
         flight_s: time with no foot on the floor [s]; hands and knees are not counted.
-        peak_fist_speed_m_s: `left` and `right`: fastest the middle of the fist moves in the world [m/s];
-            empty without hands.
-        peak_foot_speed_m_s: `left` and `right`: fastest any point of the sole moves in the world [m/s].
+        peak_fist_speed_m_s: `left` and `right`: of the middle of the fist in the world [m/s]; empty without hands.
+        peak_foot_speed_m_s: `left` and `right`: of the fastest point of the sole in the world [m/s].
         com_height_m: lowest and highest centre of mass [m].
         path_m: length of the pelvis's path over the floor [m].
-        travel_m: where the pelvis ends: forward and left of where it began, seen from its heading there [m].
+        travel_m: forward and left displacement of the pelvis, by its heading at the start [m].
         turn_deg: change of heading, left positive [deg].
     """
 
@@ -57,11 +55,7 @@ def event_times(motion: Motion) -> dict[str, float]:
 
 
 def motion_facts(motion: Motion) -> MotionFacts:
-    """The numbers of a motion.
-
-    Args:
-        motion: of any length; speeds of a single frame are 0.
-    """
+    """The numbers of a motion of any length; speeds of a single frame are 0."""
     cycles = repeat(motion, 2) if motion.loop and len(motion) > 1 else motion  # so that the seam counts
     kinematics = forward_kinematics(cycles.qpos, cycles.character)
     hands = all(cycles.character.has(f"{side}_hand") for side in SIDES)
@@ -98,14 +92,7 @@ def motion_facts(motion: Motion) -> MotionFacts:
 
 
 def fist_positions(kinematics: Kinematics, character: Character) -> NDArray[np.float64]:
-    """Middle of the left and right fist.
-
-    Args:
-        kinematics: of T poses.
-        character: whose poses.
-
-    Returns:
-        (T, 2, 3) world [m].
+    """Middle (T, 2, 3) of the left and right fist in T poses, world [m].
 
     Raises:
         SettingError: the character lacks a hand.

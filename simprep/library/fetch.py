@@ -1,7 +1,7 @@
-"""Downloading a collection of captured motions into a folder that is then a library of the user's.
+"""Downloading a collection of captured motions into a folder, which is then a user's library.
 
-What a collection holds is a recipe, a TOML file beside this module. Checksums are kept on first use: the first download of
-a file writes its SHA-256 to `SHA256SUMS` in the folder, and whatever comes later under that name must match.
+A collection is a recipe, a TOML file beside this module. The first download of a file writes its SHA-256 to
+`SHA256SUMS` in the folder; later downloads of that file must match.
 """
 
 import contextlib
@@ -27,7 +27,7 @@ SHOWN = 4
 
 
 class FetchError(SimprepError):
-    """A download failed; the message says which, why, and what is there already."""
+    """A download failed; the message says which, why, and what is already there."""
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class Take:
 
     @property
     def subject(self) -> str:
-        """The person recorded, whose skeleton all of his takes share."""
+        """The person recorded, whose skeleton all their takes share."""
         return self.name.partition("_")[0]
 
     @property
@@ -57,12 +57,12 @@ class Take:
 
 @dataclass(frozen=True)
 class Recipe:
-    """What a collection holds and where.
+    """A collection and where it is.
 
     Attributes:
         name: of the collection; motions are called NAME_TAKE.
         title: of the collection.
-        url: below which the files are, as SUBJECT/FILE.
+        url: where the files are, as SUBJECT/FILE.
         terms: of use.
         takes: its recordings.
     """
@@ -80,23 +80,14 @@ class Recipe:
 
 @dataclass(frozen=True)
 class Fetched:
-    """What a download did.
-
-    Attributes:
-        downloaded: files that came now.
-        kept: files that were there and match their checksums.
-    """
+    """Files that came now (`downloaded`), and files that were there and match their checksums (`kept`)."""
 
     downloaded: tuple[str, ...]
     kept: tuple[str, ...]
 
 
 def read_recipe(name: str) -> Recipe:
-    """A recipe of the package.
-
-    Args:
-        name: `cmu`.
-    """
+    """A recipe of the package, such as `cmu`."""
     content = tomllib.loads((Path(__file__).parent / f"{name}.toml").read_text(encoding="utf-8"))
     takes = tuple(Take(take, **said) for take, said in content.pop("takes").items())
     return Recipe(takes=takes, **content)
@@ -108,19 +99,16 @@ def fetch(
     url: str | None = None,
     progress: Callable[[str, int], None] = lambda name, done: None,
 ) -> Fetched:
-    """Download what of a collection is not there yet, and write a sidecar beside every take that has none.
+    """Download the missing files of a collection, and write a sidecar beside every take without one.
 
-    Files arrive whole or not at all. A file that no longer matches its checksum is downloaded again; a download that does
-    not match is refused. Sidecars that exist are left alone: they may hold events that the user has marked.
+    Files arrive whole or not at all. A file that no longer matches its checksum is downloaded again; a download that
+    does not match is refused. Existing sidecars stay: they may hold events that the user has marked.
 
     Args:
         recipe: the collection.
         folder: where to; made if missing.
         url: another place with the same files; None for the recipe's.
-        progress: receives the file at hand and the number of files done.
-
-    Returns:
-        What came and what was there.
+        progress: receives the current file and the number of files done.
 
     Raises:
         MissingExtraError: pooch is not installed.

@@ -1,10 +1,9 @@
 """Crawling on hands and knees: bend down, walk out on the hands, kneel, diagonal crawl, and the same way back up.
 
-Fists, knees and toes bear the load; `Motion.contacts` knows feet only, so it says when the toes are on the floor. The limbs move in
-diagonal pairs, as adults crawl (Patrick et al. 2009, J Neurophysiol 101:603); cycle time, stride and share of stance are
-within 1.0 to 1.6 s, 0.5 to 0.7 m and 60 to 75 %. On the knees the pelvis height and roll follow from the length of the thighs, so that the
-knees stay on the floor. The way up is the way down with time reversed. Nothing here is fast, so positions are planned and the
-COM is only kept over the feet until the hands are down.
+Fists, knees and toes bear the load; `Motion.contacts` holds the feet only. Limbs move in diagonal pairs, as in adults
+(Patrick et al. 2009, J Neurophysiol 101:603): cycle 1.0 to 1.6 s, stride 0.5 to 0.7 m, stance 60 to 75 %. The length of
+the thighs sets pelvis height and roll. The way up is the way down with time reversed. The movement is slow, so
+positions are planned, and the COM is kept over the feet only until the hands are down.
 """
 
 from dataclasses import dataclass
@@ -49,12 +48,11 @@ class HandsAndKneesStyle:
     """Parameters of a crawl on hands and knees.
 
     Attributes:
-        half_steps: how many diagonal pairs move, the first and the last by half a stride's share.
+        half_steps: number of diagonal pairs that move, the first and the last by half a step.
         half_step_s: from one pair's start to the next one's [s].
         swing_s: time of a pair in the air [s].
-        stride: how far a limb moves in a full step [m].
-        lift: of knees and toes in a step [m].
-        hand_lift: of the hands [m].
+        stride: length of a full step [m].
+        lift, hand_lift: of knees and toes, and of the hands, in a step [m].
     """
 
     half_steps: int = 6
@@ -72,9 +70,6 @@ class HandsAndKneesStyle:
 
 def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     """A crawl on hands and knees along x, from standing to standing.
-
-    Args:
-        style: its parameters.
 
     Raises:
         MotionError: a pose leaves the joint limits by more than 0.5 deg.
@@ -173,7 +168,7 @@ def _foot(side: str, style: HandsAndKneesStyle, end: float) -> FootPath:
 def _on_knees(
     ankle: NDArray[np.float64], style: HandsAndKneesStyle, times: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Middle between the hips (T, 3) and roll (T,) that the thighs allow with both knees where their shanks put them."""
+    """Middle between the hips (T, 3) and roll (T,) that the thighs allow with both knees on the floor."""
     lengths = limb_lengths()
     kneels = np.argmin(np.abs(times - CRAWL_S))
     rise = ankle[kneels, 0, 2] - KNEE_M  # of the shank from knee to ankle
@@ -216,7 +211,7 @@ def _hands(
 
 @dataclass(frozen=True)
 class _Ends:
-    """Where the limbs end: pelvis (T, 3, 3), ankles (T, 2, 3), feet (T, 2, 3, 3), fists (T, 2, 3), share of the arms on the floor (T, 1)."""
+    """Ends of the limbs: pelvis (T, 3, 3), ankles, fists (T, 2, 3), feet (T, 2, 3, 3), arms on the floor (T, 1)."""
 
     root: NDArray[np.float64]
     ankle: NDArray[np.float64]
@@ -245,7 +240,7 @@ def _place_limbs(qpos: NDArray[np.float64], ends: _Ends) -> None:
 def _keep_over_feet(
     qpos: NDArray[np.float64], ends: _Ends, over: NDArray[np.float64], weight: NDArray[np.float64]
 ) -> None:
-    """Move the pelvis, in place, until the COM is over a point while only the feet bear load: x over time and a share."""
+    """Move the pelvis, in place, until the COM is over a point (x, share) while only the feet bear load."""
     planned = qpos[:, 0].copy()
     for _ in range(12):
         error = over - forward_kinematics(qpos, humanoid()).com[:, 0]

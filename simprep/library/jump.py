@@ -1,9 +1,9 @@
-"""Two-footed jumps with arm swing, up, forward and over something: countermovement, push-off, ballistic flight, soft landing.
+"""Two-footed jumps with arm swing, up, forward and over something: countermovement, push-off, flight, soft landing.
 
-The COM height is a chain of quintics through (height, velocity, acceleration): take-off and landing at the velocity and the
-acceleration of free fall, so the flight is the exact parabola. Jump height h (rise after take-off) gives take-off speed
-sqrt(2 g h) and flight time 2 sqrt(2 h / g). Phase times as in the literature on countermovement jumps (take-off after 0.7 to 0.9 s of
-movement, dip 28 to 35 cm, peak force 2.2 to 2.6 body weights).
+The COM height is a chain of quintics through (height, velocity, acceleration), at take-off and landing those of free
+fall, so the flight is the exact parabola. Jump height h gives take-off speed sqrt(2 g h) and flight time 2 sqrt(2 h /
+g). Phases as in the literature on countermovement jumps (take-off after 0.7 to 0.9 s, dip 28 to 35 cm, peak force 2.2
+to 2.6 body weights).
 """
 
 from dataclasses import dataclass
@@ -28,21 +28,18 @@ class JumpStyle:
 
     Attributes:
         rise: COM rise after take-off [m].
-        take_off_height: COM height when the toes leave the floor [m].
-        landing_height: COM height when the feet touch the floor again [m].
-        dip_height: lowest COM height before it [m].
-        landing_dip: lowest COM height after landing [m].
+        take_off_height, landing_height: COM height when the toes leave the floor and when the feet touch it again [m].
+        dip_height, landing_dip: lowest COM height before take-off and after landing [m].
         tuck: how far the feet are drawn up towards the COM in flight [m].
         distance: how far ahead the feet land [m].
-        obstacle: height of what is jumped over, 0 for nothing; `OBSTACLE_DEPTH_M` deep [m].
+        obstacle: height of the obstacle, 0 for none; `OBSTACLE_DEPTH_M` deep [m].
         obstacle_ahead: its middle before the ankles at take-off [m].
         lean_deg: forward pitch of the pelvis at take-off and in flight [deg].
         land_pitch_deg: pitch of the feet at landing, toe up positive [deg].
         back: how far back the pressure moves in the dip, to fall forward [m].
-        dip_lean_deg: further forward pitch of the pelvis in the dip [deg].
+        dip_lean_deg, land_lean_deg: further forward pitch of the pelvis in the dip and after landing [deg].
         heel_rise_s: time before take-off at which the heels leave the floor [s].
         absorb_s: from landing to the lowest COM [s].
-        land_lean_deg: further forward pitch of the pelvis while landing is absorbed [deg].
     """
 
     rise: float = 0.30
@@ -66,11 +63,11 @@ class JumpStyle:
 UPRIGHT_M, READY_M = 0.995, 0.962
 READY_S, TARGET_S, DIP_S, TAKE_OFF_S = 0.65, 0.85, 1.25, 1.53
 OBSTACLE_DEPTH_M = 0.10
-"""Of what is jumped over, along the jump."""
+"""Of the obstacle, along the jump."""
 TUCK_PITCH = 70.0
 """How much more the toes point down per metre of tuck [deg/m]."""
 HEEL_M = -0.02
-"""Pressure before the ankle when the heels land first."""
+"""Pressure before the ankle in a heel-first landing."""
 REST_S = 0.9
 """From landing to standing still."""
 
@@ -83,12 +80,7 @@ def _arms(flexion: float, abduction: float, elbow: float, rotation: float = 8.0)
 
 
 def jump(style: JumpStyle | None = None, name: str = "jump") -> Motion:
-    """A jump from both feet onto both feet, along x.
-
-    Args:
-        style: its parameters.
-        name: of the motion.
-    """
+    """A jump from both feet onto both feet, along x."""
     style = style or JumpStyle()
     speed, landing_speed = _speeds(style)
     land = TAKE_OFF_S + (speed + landing_speed) / GRAVITY

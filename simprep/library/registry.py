@@ -51,8 +51,8 @@ def library_names() -> tuple[str, ...]:
 def library_motion(name: str) -> Motion:
     """A built-in motion, bit-identical at every call.
 
-    Locomotion is cyclic (`loop`); a target begins and ends in a standing posture and marks the first frame of its movement
-    as event `target`; strikes mark `impact`.
+    Locomotion is cyclic (`loop`). A target begins and ends in a standing posture; event `target` marks the first frame
+    of its movement, event `impact` the contact of a strike.
 
     Args:
         name: one of `library_names()`.

@@ -38,8 +38,7 @@ class Sidecar:
     """What a sidecar says.
 
     Attributes:
-        path: the TOML file.
-        clip: the motion file.
+        path, clip: the TOML file and the motion file.
         name: of the motion.
         family: one of `FAMILIES`.
         terms: of use.
@@ -62,7 +61,7 @@ class Sidecar:
 
 
 def all_entries(folder: Path | None = None) -> tuple[Entry, ...]:
-    """The built-in motions and then the user's, without loading any; each one's `generate` goes by the cache.
+    """The built-in motions and then the user's, without loading any; each `generate` uses the cache.
 
     Args:
         folder: of the user's clips; None for `SIMPREP_LIBRARY`, and for no clips where that is not set.
@@ -88,7 +87,7 @@ def all_entries(folder: Path | None = None) -> tuple[Entry, ...]:
 
 
 def find_entry(name: str, folder: Path | None = None) -> Entry:
-    """A motion of the library by name; a built-in one is found whatever the state of the user's folder.
+    """A motion of the library by name; a built-in one is found even if the user's folder is faulty.
 
     Args:
         name: of a built-in motion or of a user's clip.

@@ -1,7 +1,7 @@
-"""Blocks: an arm is brought between a blow and its target, the body braced behind it.
+"""Blocks: an arm comes between a blow and its target, and the body braces.
 
-Timing after the reaction and movement times of boxers (simple reaction 0.24 s, Bianco et al. 2011): the cover must stand about
-a quarter of a second after the movement starts, or a straight punch is there first.
+The cover stands about a quarter of a second after the movement starts, or a straight punch is there first (simple
+reaction of boxers 0.24 s, Bianco et al. 2011).
 """
 
 from dataclasses import dataclass
@@ -25,10 +25,9 @@ class Block:
         name: of the motion.
         height: `high` (head) or `low` (ribs).
         close_s: from the first frame of the movement to the block in place [s].
-        hold_s: how long it stays [s].
-        return_s: back to the guard [s].
-        brace_m: how far the knees give.
-        bend_deg: of the trunk towards the blocking arm.
+        hold_s, return_s: time in the block, and back to the guard [s].
+        brace_m: drop of the COM by the knees [m].
+        bend_deg: of the trunk towards the blocking arm [deg].
     """
 
     name: str
@@ -40,7 +39,7 @@ class Block:
     bend_deg: float = 4.0
 
     def motion(self) -> Motion:
-        """The motion with these parameters."""
+        """The motion of this block."""
         high = self.height == "high"
         braced = Posture(
             yaw=-20, twist=-6, flexion=16 if high else 20, pitch=5 if high else 7,

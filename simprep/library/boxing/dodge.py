@@ -1,7 +1,7 @@
-"""Evasions of a boxer: slip, bob and weave, sway back, shoulder roll. The feet stay, the head leaves the line of the blow.
+"""Evasions of a boxer: slip, bob and weave, sway back, shoulder roll. The feet stay, the head leaves the blow's line.
 
-Timing by design: 0.25 to 0.4 s to the peak, 0.3 to 0.5 s back; 25 to 35 cm of drop clear a hook to the head. Boxers make about
-56 vertical movements of the hips a minute (Dinu et al. 2020, Proceedings 49:61).
+Timing is chosen: 0.25 to 0.4 s to the peak, 0.3 to 0.5 s back; 25 to 35 cm of drop clear a hook to the head. Boxers
+move their hips up and down about 56 times a minute (Dinu et al. 2020, Proceedings 49:61).
 """
 
 from dataclasses import dataclass
@@ -27,12 +27,12 @@ class Evasion:
     Attributes:
         name: of the motion.
         away: posture in which the head is off the line.
-        peak_s: from the first frame of the movement to the event `peak`: that posture, or the lowest point on the way [s].
-        return_s: from there back to the guard [s].
+        peak_s: from the first frame of the movement to the event `peak`: `under` where given, else `away` [s].
+        return_s: back to the guard [s].
         under: posture on the way down and under, before `away`; None goes there directly.
         rise_s: from `under` to `away` [s].
         hold_s: how long `away` lasts [s].
-        arms: what the front and the rear arm do.
+        arms: front and rear arm.
     """
 
     name: str
@@ -45,7 +45,7 @@ class Evasion:
     arms: tuple[ArmPose, ArmPose] = (COVER_LEAD, COVER_REAR)
 
     def motion(self) -> Motion:
-        """The motion with these parameters."""
+        """The motion of this evasion."""
         there = self.peak_s if self.under is None else self.peak_s + self.rise_s
         way = () if self.under is None else ((self.peak_s, self.under),)
         end = there + self.hold_s

@@ -1,8 +1,7 @@
 """Fighting stance: standing in guard with a light bounce, and step-drag footwork in four directions, all cyclic.
 
-Stance after coaching texts (Boxing Scotland: feet a little wider than the shoulders, the rear foot offset with its heel up,
-knees slightly bent, weight even). In step-drag footwork the foot nearer to the direction steps first and the other
-follows by the same length, so the stance never narrows.
+Stance after Boxing Scotland: feet a little wider than the shoulders, rear heel up, knees slightly bent, weight even. In
+step-drag footwork the foot nearer to the direction steps first and the other follows by the same length.
 """
 
 from dataclasses import dataclass
@@ -61,8 +60,7 @@ class Footwork:
         name: of the motion.
         step: displacement per cycle: forward, to the left [m].
         frames: of the cycle.
-        first: share of the cycle at which the first foot lifts and lands.
-        second: the same of the foot that follows.
+        first, second: shares of the cycle at which the first and the second foot lift and land.
         clearance: height of the soles in the middle of a step [m].
         bounce: half the vertical excursion of the COM [m].
     """
@@ -82,11 +80,7 @@ class Footwork:
 
 
 def stand_in_guard(guard: Guard) -> Motion:
-    """The cyclic motion of standing in guard.
-
-    Args:
-        guard: its parameters.
-    """
+    """The cyclic motion of standing in guard."""
     phase = 2 * np.pi * np.arange(guard.frames) / guard.frames
     period = guard.frames / FPS
     stances = [Stance(0.0, period, x, y, np.radians(toes)) for x, y, toes in (FRONT, REAR)]
@@ -105,11 +99,7 @@ def stand_in_guard(guard: Guard) -> Motion:
 
 
 def step_drag(footwork: Footwork) -> Motion:
-    """The cyclic motion of footwork in guard.
-
-    Args:
-        footwork: its parameters.
-    """
+    """The cyclic motion of footwork in guard."""
     phase = 2 * np.pi * np.arange(footwork.frames) / footwork.frames
     period = footwork.frames / FPS
     step = np.array(footwork.step)
@@ -161,18 +151,7 @@ def _solve(
     shift: NDArray[np.float64],
     via: list[list[tuple[float, int, float]]] | None = None,
 ) -> Motion:
-    """Whole-body motion in guard.
-
-    Args:
-        name: of the motion.
-        stances: of the left and right foot.
-        phase: (T,) 0 to 2 pi over the cycle.
-        pressure: (T, 2) planned ZMP [m].
-        height: (T,) of the COM [m].
-        lift: (T,) -1 to 1, how far up the bounce is: the fists follow it late.
-        shift: (2,) travel per cycle [m].
-        via: points that the feet pass.
-    """
+    """Whole-body motion in guard; `pressure` is the planned ZMP, `lift` the bounce from -1 to 1."""
     times = np.arange(len(phase)) / FPS
     via = via or [[], []]
     feet = [
@@ -227,7 +206,7 @@ def _step_entry(work: Footwork, direction: str) -> Entry:
 
 
 def _mirrored(entry: Entry) -> Entry:
-    """The same with the right foot in front; what was a step to the left is one to the right."""
+    """The same with the right foot in front; a step to the left becomes one to the right."""
     sides = {"left": "right", "right": "left"}
     direction = str(entry.parameters.get("direction", ""))
     direction = sides.get(direction, direction)

@@ -1,8 +1,8 @@
 """Hooks of the front hand to head and body: the upper arm nearly level, the elbow bent by about a right angle.
 
-The arm is carried round by hips and trunk over the pivoting front foot and adds its own swing in front of the shoulder.
-Hand speed at contact of Olympic boxers 11.0 +- 3.4 m/s (Viano et al. 2005, Neurosurgery 57:1154); hooks are faster than
-straight punches and take longer to deliver (Piorkowski et al. 2011, Sports Biomech, pubmed 21560747).
+Hips and trunk carry the arm round over the pivoting front foot; the arm adds its own swing. Hand speed at contact of
+Olympic boxers 11.0 +- 3.4 m/s (Viano et al. 2005, Neurosurgery 57:1154); hooks are faster than straight punches and
+take longer (Piorkowski et al. 2011, Sports Biomech, pubmed 21560747).
 """
 
 from dataclasses import dataclass, replace
@@ -32,9 +32,8 @@ class Hook:
     Attributes:
         name: of the motion.
         height: `head` or `body`.
-        open_deg: how far hips and trunk open to the left before the punch.
-        turn_deg: how far hips and trunk then turn to the right.
-        hip_share: of both, by the hips over the feet.
+        open_deg, turn_deg: turn of hips and trunk to the left before the punch, then to the right [deg].
+        hip_share: share of both by the hips over the feet.
         arm_s: from the start of the arm's own swing to contact [s].
     """
 
@@ -46,7 +45,7 @@ class Hook:
     arm_s: float = 0.055
 
     def motion(self) -> Motion:
-        """The motion with these parameters."""
+        """The motion of this hook."""
         body = self.height == "body"
         load, back = LOAD_S, RETURN_S
         hips, trunk = self.hip_share, 1 - self.hip_share

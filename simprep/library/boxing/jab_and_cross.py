@@ -1,8 +1,8 @@
 """Straight punches: the jab of the front hand and the cross of the rear hand, to head and body.
 
-Timing within published delivery times and speeds: elite and junior jabs peak at 7.2 and 6.3 m/s, 1.3 to 1.6 m/s faster than at
-contact (Liu et al. 2022, PMC9798280); rear crosses of juniors at 7.0 to 7.5 m/s (doi 10.1177/1747954120952574) with about 60 %
-of the load on the front foot (Dinu & Louis 2020, Front Sports Act Living 2:598861).
+Published peak speeds: elite and junior jabs 7.2 and 6.3 m/s, 1.3 to 1.6 m/s faster than at contact (Liu et al. 2022,
+PMC9798280); rear crosses of juniors 7.0 to 7.5 m/s (doi 10.1177/1747954120952574) with about 60 % of the load on the
+front foot (Dinu & Louis 2020, Front Sports Act Living 2:598861).
 """
 
 from dataclasses import dataclass, replace
@@ -22,7 +22,7 @@ class StraightPunch:
         name: of the motion.
         hand: `lead` or `rear`.
         height: `head` or `body`.
-        reach_m: shoulder to fist at the end of the follow-through.
+        reach_m: shoulder to fist at the end of the follow-through [m].
         arm_s: from the start of the arm to contact [s].
     """
 
@@ -33,7 +33,7 @@ class StraightPunch:
     arm_s: float = 0.086
 
     def strike(self) -> Strike:
-        """The strike with these parameters."""
+        """The strike of this punch."""
         lead, body = self.hand == "lead", self.height == "body"
         if lead:
             load, drive, back = 0.06, 0.19, 0.28
@@ -62,7 +62,7 @@ class StraightPunch:
         )  # fmt: skip
 
     def motion(self) -> Motion:
-        """The motion with these parameters."""
+        """The motion of this punch."""
         return strike_motion(self.strike())
 
 

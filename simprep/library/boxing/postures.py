@@ -1,9 +1,8 @@
 """Boxing motions from a few whole-body postures: stand, guard, action, guard, stand.
 
-An action is a short list of postures of legs and trunk with the times they are reached, and of fist keys. The proximal to
-distal order of a strike (legs, pelvis, trunk, arm; Putnam 1993, J Biomech 26 suppl. 1:125) comes from lags: pelvis and trunk
-follow the legs by a few hundredths of a second. Everything is described for a boxer with the left foot in front; `mirrored`
-makes the other one. The head keeps facing the opponent, who is ahead along world x.
+An action is a list of postures of legs and trunk with their times, and of fist keys. Pelvis and trunk lag behind the
+legs by a few hundredths of a second: the proximal to distal order of a strike (Putnam 1993, J Biomech 26 suppl. 1:125).
+The left foot is in front; `mirrored` exchanges the sides. The head faces the opponent, ahead along world x.
 """
 
 from collections.abc import Mapping, Sequence
@@ -43,10 +42,10 @@ LEAD: ArmPose = ((0.28, -0.05, 0.17), (-0.1, 0.30, -1.0), 35.0)
 REAR: ArmPose = ((0.19, -0.09, 0.19), (-0.2, 0.30, -1.0), 35.0)
 """Guard of the rear hand: fist beside the chin."""
 NECK_SHARE, HEAD_SHARE = 0.46, 0.42
-"""Of the turn of pelvis and trunk, undone by the neck and by the head on it."""
+"""Shares of the turn of pelvis and trunk that the neck and the head undo."""
 
 EARLY_PEAK = 1.3
-"""Exponent of the time to go in a thrust: 1 is the symmetric minimum-jerk profile, more peaks earlier."""
+"""Exponent of the remaining time in a thrust: 1 is the minimum-jerk profile, more peaks earlier."""
 
 
 @dataclass(frozen=True)
@@ -54,12 +53,9 @@ class Posture:
     """Legs and trunk at one instant; the default is the guard, left foot in front.
 
     Attributes:
-        yaw: of the pelvis, to the left [deg].
-        pitch: of the pelvis, forward [deg].
-        roll: of the pelvis, left side up [deg].
+        yaw, pitch, roll: of the pelvis, to the left, forward, left side up [deg].
         twist: of the trunk on the pelvis, to the left [deg].
-        flexion: of the trunk [deg].
-        bend: of the trunk, to the left [deg].
+        flexion, bend: of the trunk, forward and to the left [deg].
         front_share: of the load that the front foot carries.
         drop: of the COM below that of the guard [m].
         heels: how far the front and the rear heel are raised [deg].
@@ -101,13 +97,7 @@ class Aim:
 
 
 def linked(upper_arm: tuple[float, float, float], forearm: tuple[float, float, float], pronation_deg: float) -> ArmPose:
-    """An arm from the directions of its two links, thorax frame: forward, outward, up.
-
-    Args:
-        upper_arm: shoulder to elbow; any length.
-        forearm: elbow to fist; any length.
-        pronation_deg: of the forearm [deg].
-    """
+    """An arm from the directions of upper arm and forearm, of any length, thorax frame: forward, outward, up."""
     lengths = limb_lengths()
     upper, fore = np.array(upper_arm), np.array(forearm)
     fist = lengths.upper_arm * upper / np.linalg.norm(upper) + lengths.forearm * fore / np.linalg.norm(fore)
@@ -120,14 +110,14 @@ FistKey = tuple[float, ArmPose | Aim]
 
 @dataclass(frozen=True)
 class Action:
-    """What happens between two guards; times are counted from the first frame of the movement [s].
+    """What happens between two guards; times count from the first frame of the movement [s].
 
     Attributes:
         name: of the motion.
         postures: (time at which the legs reach it, posture).
         back: when legs, trunk and arms are in guard again.
         fists: keys of the left and of the right arm; before and after them the guard.
-        straight: for each arm whether its fist goes on straight lines rather than on arcs.
+        straight: for each arm, whether its fist moves on straight lines rather than on arcs.
         lags: of pelvis and trunk behind the legs [s].
         events: times of the events but `target`.
         stance: distance of the feet along and across [m].
@@ -144,14 +134,11 @@ class Action:
 
 
 def boxing_motion(action: Action, passes: int = 2) -> Motion:
-    """The motion of an action.
+    """The motion of an action at 60 frames per second.
 
     Args:
         action: postures and fist keys.
-        passes: how often the arms are aimed anew; the first aim does not know where the trunk will be.
-
-    Returns:
-        The motion at 60 frames/s.
+        passes: how often the arms are aimed anew; the first aim does not know the trunk's motion.
 
     Raises:
         MotionError: a pose leaves the joint limits.
@@ -182,7 +169,7 @@ def _target(action: Action, before: Motion | None) -> Movement:
                 (end, rest)]  # fmt: skip
 
     def foot_keys(part: str, foot: int, inset: float = 0.0) -> Curve:
-        """Of one foot; the pivot begins and ends (inset) while the heel is up."""
+        """The same for one foot; the pivot begins and ends (inset) while the heel is up."""
         values = [(time, -getattr(p, part)[foot] if part == "heels" else getattr(p, part)[foot]) for time, p in moments]
         return degrees_curve((TARGET_S + inset, 0.0), *values, (back - 2 * inset, 0.0))
 
@@ -220,7 +207,7 @@ def _trunk(
     pitch: list[tuple[float, float]],
     parts: Mapping[str, list[tuple[float, float]]],
 ) -> list[tuple[float, Pose]]:
-    """Trunk keys, and the neck that keeps the face forward and nearly level."""
+    """Trunk keys; the neck keeps the face forward and nearly level."""
     times = np.unique(np.round([time for keys in (yaw, *parts.values()) for time, _ in keys], 6))
     turn, side, forward = (curve(*keys)(times) for keys in (yaw, roll, pitch))
     twist, flexion, bend = (curve(*parts[part])(times) for part in ("twist", "flexion", "bend"))
@@ -262,11 +249,10 @@ def _arm(
 def _thrust(
     keys: Sequence[tuple[float, ArmPose | Aim]], side: str, guard: ArmPose, back: float, before: Motion
 ) -> list[ArmKey]:
-    """Keys, frame by frame, of a fist that goes from the guard straight to a point of the world and back.
+    """Keys, frame by frame, of a fist that moves from the guard straight to a point of the world and back.
 
-    The guard moves with the trunk, the point does not; between them the fist follows one minimum-jerk share each way, so
-    that the motion of the trunk adds to that of the arm and neither start nor return has a kink. The speed peaks before
-    half of the time: a nearly straight elbow gives little speed however fast it turns.
+    The guard moves with the trunk, the point does not; a minimum-jerk share blends them each way, so the path has no
+    kink. The speed peaks early: a nearly straight elbow gives little speed.
     """
     (start, _), (there, aim) = keys
     if not isinstance(aim, Aim):
@@ -313,7 +299,7 @@ def _point(aim: Aim, side: str, time: float, before: Motion) -> NDArray[np.float
 
 
 def _thorax(motion: Motion, side: str, frames: NDArray[np.intp]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Rotation of the thorax and position of a shoulder in some frames."""
+    """Rotation of the thorax and position of a shoulder."""
     kinematics = forward_kinematics(motion.qpos[frames], motion.character)
     thorax = motion.character.segment("thorax")
     turn = rotation_matrix(kinematics.xquat[:, thorax])

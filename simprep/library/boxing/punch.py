@@ -1,8 +1,8 @@
 """Straight punch of the rear hand from a guard (the cross).
 
-Kinetic chain after the literature on boxing: rear leg, pelvis, trunk, shoulder, elbow, each 20 to 50 ms after the one
-before; fist speed of amateurs and juniors 6 to 9 m/s (Liu 2022, junior boxers 7.0-7.5 m/s), 60 % of the load on the
-front foot at impact (Dinu & Louis 2020). Key values are set by hand.
+Kinetic chain after the literature: rear leg, pelvis, trunk, shoulder, elbow, each 20 to 50 ms after the one before;
+fist speed 6 to 9 m/s (Liu 2022, junior boxers 7.0-7.5 m/s), 60 % of the load on the front foot at impact (Dinu & Louis
+2020). Key values are set by hand.
 """
 
 import numpy as np

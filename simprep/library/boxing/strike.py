@@ -13,7 +13,7 @@ LAGS_S = (0.05, 0.075)
 THROUGH_S = 0.058
 """From contact to the end of the follow-through."""
 BODY_DROP_M = 0.12
-"""How far the knees lower the COM for a punch to the body."""
+"""Drop of the COM for a punch to the body."""
 FIST_HEIGHT_M = {"head": 1.47, "body": 1.10}
 """Of the fist at contact: chin and solar plexus of a person of the same stature in guard."""
 
@@ -25,15 +25,13 @@ class Strike:
     Attributes:
         name: of the motion.
         hand: `lead` (left) or `rear` (right).
-        loaded: posture at the end of the wind-up.
-        thrown: posture at contact.
-        load_s: wind-up [s].
-        drive_s: from its end to contact [s].
+        loaded, thrown: posture at the end of the wind-up and at contact.
+        load_s, drive_s: length of the wind-up, and from its end to contact [s].
         return_s: from contact to the guard [s].
-        fists: keys of the striking arm relative to contact, those before contact included [s].
+        fists: keys of the striking arm; times relative to contact [s].
         cover: what the other arm does meanwhile.
-        legs_s: when the legs have done their part, relative to contact [s].
-        straight: the fist goes on a straight line.
+        legs_s: when the legs end their drive, relative to contact [s].
+        straight: the fist moves on a straight line.
     """
 
     name: str
@@ -55,13 +53,7 @@ class Strike:
 
 
 def strike_motion(strike: Strike) -> Motion:
-    """The motion of a strike.
-
-    Args:
-        strike: its parameters.
-
-    Returns:
-        The motion, with events `target` and `impact`.
+    """The motion of a strike, with events `target` and `impact`.
 
     Raises:
         MotionError: a pose leaves the joint limits.

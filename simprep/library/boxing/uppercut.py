@@ -1,7 +1,7 @@
 """Uppercuts of the rear hand to head and body: a dip of the knees, then legs, hips and arm drive the fist up.
 
-Timing and speed by design, for want of measurements: the knees dip by 10 to 20 deg, the fist reaches 7 to 11 m/s (slower than
-the hooks of Viano et al. 2005), the elbow is bent by 70 to 110 deg at contact.
+Timing and speed have no measured source: knees dip by 10 to 20 deg, fist 7 to 11 m/s (slower than the hooks of Viano et
+al. 2005), elbow bent by 70 to 110 deg at contact.
 """
 
 from dataclasses import dataclass, replace
@@ -12,7 +12,7 @@ from simprep.motion.motion import Motion
 
 LOAD_S, DRIVE_S, RETURN_S = 0.20, 0.23, 0.42
 RISEN_S = 0.05
-"""After contact: the fist is at its highest."""
+"""From contact to the highest point of the fist."""
 
 
 @dataclass(frozen=True)
@@ -22,9 +22,9 @@ class Uppercut:
     Attributes:
         name: of the motion.
         height: `head` or `body`.
-        dip_m: how far the knees lower the COM before the drive.
-        reach_m: shoulder to fist at contact.
-        rise_m: how far the fist goes on upward after contact.
+        dip_m: drop of the COM before the drive [m].
+        reach_m: shoulder to fist at contact [m].
+        rise_m: further rise of the fist after contact [m].
         arm_s: from the start of the arm's own swing to contact [s].
     """
 
@@ -36,7 +36,7 @@ class Uppercut:
     arm_s: float = 0.12
 
     def motion(self) -> Motion:
-        """The motion with these parameters."""
+        """The motion of this uppercut."""
         body = self.height == "body"
         at = 1.08 if body else 1.40
         loaded = Posture(yaw=-30, twist=-14, flexion=16, bend=-12, front_share=0.40, drop=self.dip_m, heels=(0, 8))

@@ -1,8 +1,8 @@
 """Front kick of the rear leg: chamber, snap, retraction.
 
-Phases and ranges after the literature on kicks: chamber with hip and knee flexed about 85 and 110 deg, foot speed 8 to 10
-m/s, knee extended to 10 to 30 deg at impact, trunk leaning back 10 to 30 deg; hip flexors lift the thigh and fold the knee
-together, then the knee whips out. Key values are set by hand. The COM is brought over the standing foot first.
+Ranges after the literature: chamber with hip and knee flexed about 85 and 110 deg, foot speed 8 to 10 m/s, knee
+extended to 10 to 30 deg at impact, trunk leaning back 10 to 30 deg. Thigh and knee fold together, then the knee extends
+fast. Key values are set by hand. The COM is over the standing foot first.
 """
 
 from dataclasses import dataclass
@@ -37,21 +37,17 @@ UPRIGHT_M, GUARD_M = 0.98, 0.955
 
 @dataclass(frozen=True)
 class FrontKick:
-    """A front kick of the right leg, left foot in front; the foot returns to where it was.
+    """A front kick of the right leg, left foot in front; the foot returns to its place.
 
     Attributes:
         name: of the motion.
-        thigh: angle of the thigh forward from vertical at the strike [deg].
-        thigh_chamber: the same in the chamber [deg].
-        thigh_fold: the same with the leg folded again [deg].
+        thigh, thigh_chamber, thigh_fold: angle of the thigh forward from vertical at strike, chamber and fold [deg].
         knee_chamber: knee flexion in the chamber [deg].
-        lean: backward tilt of the pelvis at the strike [deg].
-        lean_chamber: the same in the chamber [deg].
+        lean, lean_chamber: backward tilt of the pelvis at strike and chamber [deg].
         hike: kicking hip above the standing hip [deg].
-        com_height: in the chamber [m].
-        com_high: after the strike [m].
+        com_height, com_high: in the chamber and after the strike [m].
         toes_out: of the kicking foot, in stance and swing [deg].
-        longer: by how much the chamber and all after it are later [s].
+        longer: delay of the chamber and all after it [s].
     """
 
     name: str = "kick_front"
@@ -70,9 +66,6 @@ class FrontKick:
 
 def front_kick(kick: FrontKick) -> Motion:
     """The motion of a front kick.
-
-    Args:
-        kick: its parameters.
 
     Raises:
         MotionError: a posture leaves the joint limits.

@@ -19,8 +19,7 @@ class KneeStrike:
 
     Attributes:
         name: of the motion.
-        flexion: of the hip at the strike [deg].
-        knee: flexion at the strike [deg].
+        flexion, knee: flexion of hip and knee at the strike [deg].
         thrust: backward tilt of the pelvis at the strike, which drives the hip forward [deg].
         turn: yaw of the pelvis at the strike [deg].
         com_height: at the strike [m].
@@ -43,9 +42,6 @@ class KneeStrike:
 
 def knee_strike(strike: KneeStrike) -> Motion:
     """The motion of a knee strike.
-
-    Args:
-        strike: its parameters.
 
     Raises:
         MotionError: a posture leaves the joint limits.

@@ -1,8 +1,7 @@
 """Assembly of a kick from postures: guard, lift-off, chamber, strike, fold, landing, guard.
 
-A kick is described for the right leg from a stance with the left foot in front; left kicks are mirror images. The order
-of the movements is the one the literature describes (Gavagan & Sayers 2017, PLoS One e0182645: preparation, chamber,
-extension, recovery): the pelvis turns first, the hip follows, the knee whips last, and the support foot pivots on its ball.
+A kick uses the right leg, the left foot in front; left kicks are mirror images. The order of the movements is that of
+Gavagan & Sayers 2017, PLoS One e0182645: pelvis, hip, knee; the support foot pivots on its ball.
 """
 
 from collections.abc import Sequence
@@ -32,8 +31,7 @@ from simprep.motion.curves import Curve, key_curve
 from simprep.motion.motion import Motion
 
 BALL_M, MIDFOOT_M, PUSH_M = 0.108, 0.055, 0.10
-"""Centre of pressure before the ankle while pivoting on the ball of the foot, while standing on one foot, and under the
-rear foot [m]."""
+"""Centre of pressure before the ankle: pivoting on the ball, standing on one foot, under the rear foot [m]."""
 INWARD_M = 0.01
 """Shift of the pressure under the standing foot towards the landing foot while the leg comes back [m]."""
 HEEL_UP_DEG = 1.5
@@ -45,12 +43,9 @@ class LegPose:
     """Joint angles of the kicking leg [deg].
 
     Attributes:
-        flexion: of the hip.
-        abduction: of the hip.
-        rotation: of the hip, inward positive.
+        flexion, abduction, rotation: of the hip; rotation inward positive.
         knee: flexion.
-        ankle: dorsiflexion.
-        inversion: of the foot.
+        ankle, inversion: of the foot; ankle: dorsiflexion.
     """
 
     flexion: float
@@ -73,11 +68,11 @@ class Posture:
         leg: the kicking leg.
         yaw: of the pelvis, towards the side of the standing leg positive [deg].
         pitch: of the pelvis, forward positive [deg].
-        hike: kicking hip above the standing hip, as roll of the pelvis [deg].
-        pivot: turn of the standing foot outward from where it stood [deg].
+        hike: roll of the pelvis, kicking hip up [deg].
+        pivot: turn of the standing foot outward [deg].
         com_height: [m].
-        trunk: and neck.
-        arms: of the left and right arm.
+        trunk: hinges of trunk and neck [deg].
+        arms: left and right.
     """
 
     leg: LegPose
@@ -97,18 +92,16 @@ class KickPhases:
     Attributes:
         ready: guard reached.
         target: first frame of the target movement; the weight begins to shift.
-        lift: the kicking foot leaves the floor.
-        chamber: knee at its most flexed.
-        strike: knee at its straightest.
+        lift, land: the kicking foot leaves the floor, is back on it.
+        chamber, strike: knee most flexed, knee straightest.
         fold: leg folded again.
-        land: the foot is back on the floor.
-        lower: the guard is given up.
-        duration: the end.
-        hip_lead: by how much the hip is ahead of the knee at the strike.
-        pelvis_lead: the same of the pelvis and the pivot.
-        turn_lead: by how much the pelvis begins to turn before the lift.
-        follow: how long the pelvis stays turned after the strike.
-        contact_lead: by how much the contact (event `impact`) is before the strike: the foot is fastest then.
+        lower: the arms begin to leave the guard.
+        duration: end of the motion.
+        hip_lead: lead of the hip on the knee at the strike.
+        pelvis_lead: lead of the pelvis and the pivot on the knee at the strike.
+        turn_lead: from the start of the pelvis turn to the lift.
+        follow: time the pelvis stays turned after the strike.
+        contact_lead: from the event `impact`, when the foot is fastest, to the strike.
     """
 
     ready: float = 0.70
@@ -132,12 +125,10 @@ class KickStance:
     """Fighting stance at the beginning and end of a kick, left foot in front.
 
     Attributes:
-        front: left foot: x, y [m], toes outward [deg].
-        rear: right foot.
+        front, rear: left and right foot: x, y [m], toes outward [deg].
         yaw: of the pelvis [deg].
-        upright: COM height standing [m].
-        low: COM height in guard [m].
-        trunk: and neck in guard.
+        upright, low: COM height standing and in guard [m].
+        trunk: hinges of trunk and neck in guard [deg].
         front_share: of the load on the front foot in guard.
     """
 
@@ -166,9 +157,8 @@ class Kick:
         fold: posture after the leg was pulled back.
         phases: times.
         stance: before and after.
-        lift_leg: angles the leg has when it leaves the floor.
-        land_leg: the same when it comes back.
-        inward: shift of the pressure under the standing foot towards its inner edge at the strike [m].
+        lift_leg, land_leg: angles of the leg when the foot leaves the floor and when it returns.
+        inward: shift of the pressure to the inner edge of the standing foot at the strike [m].
     """
 
     name: str
@@ -183,16 +173,14 @@ class Kick:
 
 
 def flexion_towards(abduction: float, hike: float, turn: float) -> float:
-    """Hip flexion that brings an abducted thigh into a vertical plane.
+    """Hip flexion that brings an abducted thigh into a vertical plane [deg].
+
+    It is the root of tan(turn) sin f - sin h cos f = tan a cos h, with flexion f, abduction a and hike h.
 
     Args:
         abduction: of the hip [deg].
         hike: of the pelvis, kicking side up [deg].
         turn: from the pelvis's forward direction to the plane, towards the kicking side [deg].
-
-    Returns:
-        Hip flexion [deg]: with the thigh (cos a sin f, sin a, -cos a cos f) in the pelvis frame, rolled by h, the root of
-        tan(turn) sin f - sin h cos f = tan a cos h.
     """
     a, h, slope = np.radians(abduction), np.radians(hike), np.tan(np.radians(turn))
     share = np.clip(np.tan(a) * np.cos(h) / np.hypot(slope, np.sin(h)), -1.0, 1.0)
@@ -221,9 +209,6 @@ def leaning_trunk(
 
 def build_kick(kick: Kick) -> Motion:
     """The motion of a kick.
-
-    Args:
-        kick: its description.
 
     Raises:
         MotionError: a posture leaves the joint limits.
@@ -325,7 +310,7 @@ def _pivot(kick: Kick) -> tuple[Curve, Curve]:
 
 
 def _pressure(kick: Kick, front: Stance, rear: Stance, pivot: Curve, heel: Curve) -> list[tuple[float, float, float]]:
-    """Pressure keys: shared by both feet, then under the standing foot wherever it has turned to."""
+    """Pressure keys: shared by both feet, then under the standing foot as it turns."""
     phases, share = kick.phases, kick.stance.front_share
     behind = _sole_point(FootPath("right", (rear,)), np.zeros(1), PUSH_M)[0]
     path = FootPath("left", (front,), pitch=heel, pivot=pivot)

@@ -1,9 +1,8 @@
 """Kicks on an arc: roundhouse with the instep to body or head, low kick with the shin to the thigh.
 
-Angles and times are rules of thumb without a measured source: knee folded 100 to 130 deg in the chamber and 10 to 30 deg at
-contact (30 to 50 in a low kick), support foot turned 60 to 120 deg outward, trunk leaning 20 to 45 deg away. Phases and
-foot speed (about 12 m/s) after Gavagan & Sayers 2017, PLoS One e0182645, and Wasik 2022, J Mens Health 18:138. The leg is
-raised by abducting the hip and by hiking the pelvis over the standing leg, in a fixed proportion up to the hip's range.
+Angles have no measured source: knee folded 100 to 130 deg in the chamber and 10 to 30 deg at contact (low kick 30 to
+50), support foot turned 60 to 120 deg outward, trunk leaning 20 to 45 deg away. Phases and foot speed (about 12 m/s)
+after Gavagan & Sayers 2017, PLoS One e0182645, and Wasik 2022, J Mens Health 18:138.
 """
 
 from dataclasses import dataclass, field, replace
@@ -22,7 +21,7 @@ from simprep.library.parts.movement import GUARD_LEAD, GUARD_REAR, ArmPose
 from simprep.motion.motion import Motion
 
 HIP_SHARE, HIP_MOST_DEG = 0.63, 66.0
-"""Share of the leg's elevation that comes from the hip, and how far it abducts [deg]."""
+"""Share of the leg's elevation that comes from the hip, and the hip's largest abduction [deg]."""
 DROPPING: ArmPose = ((0.24, 0.06, -0.12), (-0.5, 0.5, -0.9), 30.0)
 """Arm of the kicking side on its way down."""
 SWUNG_BACK: ArmPose = ((-0.06, 0.14, -0.55), (-1.0, 0.3, 0.0), 20.0)
@@ -34,8 +33,7 @@ PHASES = KickPhases(
     turn_lead=0.30,
     contact_lead=4 / 60,
 )  # fmt: skip
-"""Times of a roundhouse: the pelvis is ahead of the hip and the hip ahead of the knee, so that their yaw momentum goes over
-into the shank and the standing foot needs little torsional friction."""
+"""Times of a roundhouse: pelvis before hip before knee, so that the standing foot needs little torsional friction."""
 
 
 @dataclass(frozen=True)
@@ -44,19 +42,17 @@ class RoundKick:
 
     Attributes:
         name: of the motion.
-        elevation: of the leg at the strike: hip abduction and pelvis hike together; 90 is level [deg].
-        knee: flexion at the strike [deg].
-        knee_chamber: flexion in the chamber [deg].
+        elevation: of the leg at the strike: hip abduction plus pelvis hike; 90 is level [deg].
+        knee, knee_chamber: flexion at strike and chamber [deg].
         cross: direction of the thigh at the strike, across the midline positive [deg].
         turn: yaw of the pelvis at the strike [deg].
         pivot: turn of the standing foot at the strike [deg].
         lean: of the trunk to the side, away from the leg [deg].
         com_height: at the strike [m].
-        chamber_turn: yaw of the pelvis in the chamber, as a share of that at the strike.
-        chamber_abduction: the same for the hip's abduction.
-        chamber_flexion: the same for its flexion.
-        chamber_hike: the same for the hike of the pelvis and the lean of the trunk.
-        fold_turn: the same for the yaw with the leg folded again.
+        chamber_turn, chamber_abduction, chamber_flexion: pelvis yaw, hip abduction and hip flexion in the chamber,
+            as shares of those at the strike.
+        chamber_hike: share of pelvis hike and trunk lean in the chamber.
+        fold_turn: share of the pelvis yaw in the fold.
         phases: times.
     """
 
@@ -79,9 +75,6 @@ class RoundKick:
 
 def round_kick(kick: RoundKick) -> Motion:
     """The motion of a kick on an arc.
-
-    Args:
-        kick: its parameters.
 
     Raises:
         MotionError: a posture leaves the joint limits.

@@ -27,9 +27,8 @@ class SideKick:
 
     Attributes:
         name: of the motion.
-        elevation: of the leg at the strike: hip abduction and pelvis hike together; 90 is level [deg].
-        knee: flexion at the strike [deg].
-        knee_chamber: flexion in the chamber [deg].
+        elevation: of the leg at the strike: hip abduction plus pelvis hike; 90 is level [deg].
+        knee, knee_chamber: flexion at strike and chamber [deg].
         flexion: of the hip in the chamber [deg].
         cross: direction of the thigh at the strike, across the midline positive [deg].
         rotation: of the hip in the chamber, inward: brings the heel towards the target [deg].
@@ -37,8 +36,7 @@ class SideKick:
         pivot: turn of the standing foot at the strike [deg].
         lean: of the trunk to the side, away from the leg [deg].
         com_height: at the strike [m].
-        chamber_turn: yaw of the pelvis in the chamber, as a share of that at the strike.
-        chamber_abduction: the same for the hip's abduction.
+        chamber_turn, chamber_abduction: pelvis yaw and hip abduction in the chamber, as shares of those at the strike.
         phases: times.
     """
 
@@ -65,9 +63,6 @@ class SideKick:
 
 def side_kick(kick: SideKick) -> Motion:
     """The motion of a side kick.
-
-    Args:
-        kick: its parameters.
 
     Raises:
         MotionError: a posture leaves the joint limits.

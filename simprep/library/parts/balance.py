@@ -1,9 +1,8 @@
-"""Zero-moment point of a motion, and the COM path that keeps it where it should be.
+"""Zero-moment point of a motion, and the COM path for a planned one.
 
-Cart-table model (Kajita et al. 2003, ICRA, eq. 5): p = x - z x'' / (g + z''), here with the vertical acceleration; in
-flight (g + z'' = 0) it becomes x'' = 0, a ballistic path. Solving the differenced equation as a boundary value problem
-gives the one bounded COM path for a planned ZMP (as in Kagami et al. 2002, "A fast dynamically equilibrated walking
-trajectory generation method of humanoid robot", Autonomous Robots 12).
+Cart-table model (Kajita et al. 2003, ICRA, eq. 5): p = x - z x'' / (g + z''), with the vertical acceleration; in flight
+(g + z'' = 0) it becomes x'' = 0, a ballistic path. The differenced equation, as a boundary value problem, gives the one
+bounded COM path for a planned ZMP (Kagami et al. 2002, Autonomous Robots 12).
 """
 
 import numpy as np
@@ -17,12 +16,7 @@ from simprep.motion.kinematics import Kinematics
 
 
 def second_difference(x: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
-    """Central second differences over axis 0, zero at both ends (a motion begins and ends at rest).
-
-    Args:
-        x: (T, ...) samples.
-        fps: samples per second [1/s].
-    """
+    """Central second differences (T, ...) over axis 0, zero at both ends, where a motion is at rest; `fps` in 1/s."""
     out = np.zeros_like(x)
     out[1:-1] = (x[2:] - 2 * x[1:-1] + x[:-2]) * fps**2
     return out
@@ -31,9 +25,7 @@ def second_difference(x: NDArray[np.float64], fps: float) -> NDArray[np.float64]
 def ground_reaction(
     kinematics: Kinematics, fps: float, character: Character = humanoid()
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Force and zero-moment point that a kinematic motion needs from the floor (z = 0).
-
-    Momentum and angular momentum of all segments between frames, differenced again: second-order accurate.
+    """Force and zero-moment point that a kinematic motion needs from the floor (z = 0), second-order accurate.
 
     Args:
         kinematics: of T >= 3 frames.
@@ -41,8 +33,8 @@ def ground_reaction(
         character: the body.
 
     Returns:
-        (T, 3) force [N] and (T, 2) zero-moment point [m]; the first and last frame repeat their neighbours. The point is
-        NaN where the vertical force is below 5 % of the weight.
+        (T, 3) force [N] and (T, 2) zero-moment point [m]; the first and last frame repeat their neighbours. The point
+        is NaN where the vertical force is below 5 % of the weight.
     """
     model = character.model
     mass, inertia, segments = model.body_mass[1:], model.body_inertia[1:], len(character.segments)
@@ -68,14 +60,13 @@ def ground_reaction(
 
 
 def cart_table_zmp(com: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
-    """Zero-moment point of the COM alone, angular momentum neglected.
+    """Zero-moment point (T, 2) of the COM alone, angular momentum neglected [m].
+
+    It is NaN where the vertical force is below 5 % of the weight.
 
     Args:
         com: (T, 3) [m].
         fps: frames per second [1/s].
-
-    Returns:
-        (T, 2) [m]; NaN where the vertical force is below 5 % of the weight.
     """
     acceleration = second_difference(com, fps)
     lift = GRAVITY + acceleration[:, 2]
@@ -91,19 +82,15 @@ def com_from_zmp(
     settle: float = 0.5,
     turn: float = 0.0,
 ) -> NDArray[np.float64]:
-    """Horizontal COM path whose cart-table ZMP is the planned one.
+    """Horizontal COM path (T, 2) whose cart-table ZMP is the planned one [m].
 
     Args:
         zmp: (T, 2) planned ZMP [m].
         height: (T,) COM height [m].
         fps: frames per second [1/s].
         shift: (2,) travel per period of a periodic motion [m]; None for one that begins and ends at rest over its ZMP.
-        settle: the ZMP of the first and last this many seconds is corrected by a smooth bump so that the COM is at rest
-            at both ends [s].
+        settle: time at each end in which a smooth bump corrects the ZMP, so that the COM is at rest there [s].
         turn: turn per period of a periodic motion, to the left [rad].
-
-    Returns:
-        (T, 2) [m].
     """
     if shift is not None:
         # a few periods either side: the boundary's influence fades by exp(-omega t)
@@ -128,7 +115,7 @@ def com_from_zmp(
 def later_period(
     points: NDArray[np.float64], periods: int, shift: NDArray[np.float64], turn: float = 0.0
 ) -> NDArray[np.float64]:
-    """Where points of a cyclic motion are some periods later: each period turns about the origin, then shifts.
+    """Points of a cyclic motion some periods later: each period turns about the origin, then shifts.
 
     Args:
         points: (..., 2) or (..., 3); a third coordinate stays [m].
@@ -146,11 +133,7 @@ def later_period(
 
 
 def rotation_2d(angle: float) -> NDArray[np.float64]:
-    """Rotation (2, 2) on the floor.
-
-    Args:
-        angle: to the left [rad].
-    """
+    """Rotation (2, 2) on the floor by an angle to the left [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s], [s, c]])
 

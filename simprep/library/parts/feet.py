@@ -22,10 +22,8 @@ class Stance:
     """One stay of a foot on the floor.
 
     Attributes:
-        start: touch-down [s].
-        end: lift-off [s].
-        x: ankle of the flat foot, world [m].
-        y: the same.
+        start, end: touch-down and lift-off [s].
+        x, y: ankle of the flat foot, world [m].
         toe_out: angle of the foot from world x, outward positive [rad].
     """
 
@@ -43,9 +41,9 @@ class FootPath:
     Attributes:
         side: `left` or `right`.
         stances: in order of time; before the first and after the last the foot stays.
-        pitch: foot pitch, toe up positive [rad]; in stance a positive pitch rolls over the heel, a negative one over
-            the toe, and the sphere that carries does not move.
-        pivot: further toe-out in stance [rad]; only while heel or toe is up, about the point that carries.
+        pitch: foot pitch, toe up positive [rad]; in stance the foot rolls over the heel (positive) or the toe
+            (negative), whose sphere does not move.
+        pivot: further toe-out in stance [rad]; only while heel or toe is up, about the sphere that carries.
         via: (time [s], axis 0 to 2, value [m]) points that the ankle passes in the swings.
         character: the body.
     """
@@ -58,14 +56,7 @@ class FootPath:
     character: Character = humanoid()
 
     def at(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-        """Pose at given times.
-
-        Args:
-            times: (T,) [s].
-
-        Returns:
-            (T, 3) ankle position [m], (T, 3, 3) rotation of the foot, (T,) whether it supports the body.
-        """
+        """Ankle position (T, 3) [m], foot rotation (T, 3, 3) and whether the foot bears load (T,) at times (T,) [s]."""
         times = np.asarray(times, dtype=np.float64)
         starts = np.array([stance.start for stance in self.stances])
         index = np.clip(np.searchsorted(starts, times + 1e-9, side="right") - 1, 0, None)
@@ -119,7 +110,7 @@ class FootPath:
 
 
 def foot_spheres(side: str, character: Character = humanoid()) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Centres (N, 3) in the foot frame and radii (N,) of a foot's spheres, in the order of `Character.soles` [m].
+    """Centres (N, 3) in the foot frame and radii (N,) of the spheres of a foot, ordered as `Character.soles` [m].
 
     Args:
         side: `left` or `right`.
@@ -131,25 +122,18 @@ def foot_spheres(side: str, character: Character = humanoid()) -> tuple[NDArray[
 
 
 def ankle_height(character: Character = humanoid()) -> float:
-    """Height of the ankle centre above the floor when the foot is flat [m].
-
-    Args:
-        character: the body.
-    """
+    """Height of the ankle centre above the floor when the foot is flat [m]."""
     centres, radii = foot_spheres("left", character)
     return float((radii - centres[:, 2]).max())
 
 
 def lowest_point(side: str, rotation: NDArray[np.float64], character: Character = humanoid()) -> NDArray[np.float64]:
-    """Height of the lowest point of a foot relative to its ankle centre [m].
+    """Height (T,) of the lowest point of a foot relative to its ankle centre, negative [m].
 
     Args:
         side: `left` or `right`.
         rotation: (T, 3, 3) of the foot.
         character: the body.
-
-    Returns:
-        (T,), negative.
     """
     centres, radii = foot_spheres(side, character)
     return np.asarray(((rotation @ centres.T)[:, 2, :] - radii).min(axis=-1))

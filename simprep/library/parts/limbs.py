@@ -20,8 +20,7 @@ class LimbLengths:
     """Lengths and offsets of the limbs [m].
 
     Attributes:
-        thigh: hip to knee.
-        shank: knee to ankle.
+        thigh, shank: hip to knee to ankle.
         upper_arm: shoulder to elbow.
         forearm: elbow to the middle of the fist, wrist straight.
         hip: (2, 3) left and right hip centre in the pelvis frame.
@@ -40,9 +39,6 @@ class LimbLengths:
 def limb_lengths(character: Character = humanoid()) -> LimbLengths:
     """Lengths of the limbs of a body in its reference pose, read from its model.
 
-    Args:
-        character: the body; with arms.
-
     Raises:
         SettingError: the character lacks a segment of the limbs.
     """
@@ -59,14 +55,7 @@ def limb_lengths(character: Character = humanoid()) -> LimbLengths:
 
 
 def fist_middle(side: str, character: Character) -> NDArray[np.float64]:
-    """Middle of a fist in the hand's frame [m]: the site that bears the hand's name, else the hand's centre of mass.
-
-    Args:
-        side: `left` or `right`.
-        character: the body.
-
-    Returns:
-        (3,).
+    """Middle (3,) of the `left` or `right` fist, hand frame [m]: the site of that name, else the centre of mass.
 
     Raises:
         SettingError: the character lacks that hand.
@@ -77,13 +66,10 @@ def fist_middle(side: str, character: Character) -> NDArray[np.float64]:
 
 
 def leg_joints(character: Character = humanoid()) -> NDArray[np.intp]:
-    """Joints of the left and right leg as indices into `Character.joints`, from the hip down.
+    """Joints (2, N) of the left and right leg as indices into `Character.joints`, from the hip down.
 
-    Args:
-        character: the body, with the groups `left_leg` and `right_leg`.
-
-    Returns:
-        (2, N); our humanoid's N is 6: hip flexion, abduction, rotation, knee flexion, ankle dorsiflexion, inversion.
+    The character needs the groups `left_leg` and `right_leg`. Our humanoid's N is 6: hip flexion, abduction, rotation,
+    knee flexion, ankle dorsiflexion, inversion.
     """
     return np.array([character.joint_indices(character.groups[f"{side}_leg"]) for side in SIDES], dtype=np.intp)
 
@@ -91,16 +77,13 @@ def leg_joints(character: Character = humanoid()) -> NDArray[np.intp]:
 def arm_angles(
     side: str, fist: NDArray[np.float64], pole: NDArray[np.float64], character: Character = humanoid()
 ) -> NDArray[np.float64]:
-    """Shoulder and elbow hinges that put the middle of the fist at a point of the thorax frame, wrist straight.
+    """Shoulder flexion, abduction, rotation and elbow flexion (T, 4) that put a fist at a point, wrist straight [rad].
 
     Args:
         side: `left` or `right`.
         fist: (T, 3) in the thorax frame, x forward, y left, z up, from the base of the thorax [m].
         pole: (T, 3) direction in the thorax frame into which the elbow points.
         character: the body.
-
-    Returns:
-        (T, 4) shoulder flexion, abduction, rotation, elbow flexion [rad].
     """
     lengths = limb_lengths(character)
     reach = fist - lengths.shoulder[SIDES.index(side)]

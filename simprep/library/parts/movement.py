@@ -25,9 +25,9 @@ class ArmKey:
         time: [s].
         fist: middle of the fist relative to the shoulder, in the thorax frame: forward, outward, up [m].
         elbow: direction in which the elbow points: forward, outward, up.
-        pronation_deg: of the forearm; 0 has the thumb on the elbow's inner side, 80 turns the palm down [deg].
-        straight: the fist goes to the next key on a straight line; else the joint angles are interpolated. Change
-            between the two only at keys where the arm rests (a key held twice).
+        pronation_deg: of the forearm; 0: thumb on the elbow's inner side, 80: palm down [deg].
+        straight: the fist moves to the next key on a straight line; else the joint angles are interpolated. Change it
+            only where the arm rests (a key held twice).
     """
 
     time: float
@@ -51,12 +51,7 @@ ArmPose = tuple[tuple[float, float, float], tuple[float, float, float], float]
 
 
 def arm_keys(*keys: tuple[float, ArmPose], straight: tuple[float, float] | None = None) -> tuple[ArmKey, ...]:
-    """Arm keys from (time, pose) pairs.
-
-    Args:
-        keys: time [s] and arm pose.
-        straight: time span in which the fist goes on straight lines [s].
-    """
+    """Arm keys from (time [s], pose) pairs; in the time span `straight` [s] the fist moves on straight lines."""
     first, last = straight or (np.inf, np.inf)
     return tuple(ArmKey(time, *pose, straight=bool(first <= time < last)) for time, pose in keys)
 
@@ -78,7 +73,7 @@ def aimed(reach: float, inward_deg: float, up_deg: float, pronation_deg: float =
 
 @dataclass(frozen=True)
 class Movement:
-    """A movement as curves in time; everything not given stays as it is when standing.
+    """A movement as curves in time; what is not given stays as in standing.
 
     Attributes:
         name: of the motion.
@@ -88,11 +83,10 @@ class Movement:
         com_height: COM height over time [m].
         trunk: key poses of trunk and neck [deg].
         yaw, pitch, roll: of the pelvis over time [rad].
-        arms: arm keys of the left and right arm; none leaves the arm to `arm_poses`.
-        arm_poses: key poses of the arms [deg], for swings about the shoulder that a fist path describes badly.
+        arms: keys of the left and right arm; an arm without keys follows `arm_poses`.
+        arm_poses: key poses of the arms [deg], for swings about the shoulder.
         events: times of the events [s].
-        swing_legs: (left, right) leg in free swing in its sagittal plane, or None.
-        joint_legs: (left, right) leg in free swing given by its joint angles, or None.
+        swing_legs, joint_legs: (left, right) leg in free swing, or None.
     """
 
     name: str
@@ -118,7 +112,7 @@ class SwingLeg:
     Attributes:
         thigh: angle of the thigh forward from vertical over time [rad].
         knee: knee flexion over time [rad].
-        weight: share of this against the foot's path over the floor, over time, 0 to 1.
+        weight: share of these against the foot's path over the floor, over time, 0 to 1.
         outward: ankle beside the hip, outward positive [m].
     """
 
@@ -150,13 +144,7 @@ class JointLeg:
 
 
 def build_movement(movement: Movement) -> Motion:
-    """Solve a movement.
-
-    Args:
-        movement: its curves.
-
-    Returns:
-        The motion at 60 frames/s.
+    """The motion of a movement at 60 frames per second.
 
     Raises:
         MotionError: a pose leaves the joint limits.
@@ -206,27 +194,13 @@ def build_movement(movement: Movement) -> Motion:
 
 
 def support_point(side: str, stance: Stance, forward: float = 0.05) -> NDArray[np.float64]:
-    """A point of the flat sole on its long axis.
-
-    Args:
-        side: `left` or `right`.
-        stance: where the foot stands.
-        forward: before the ankle [m].
-
-    Returns:
-        (2,) on the floor [m].
-    """
+    """A point (2,) on the long axis of the `left` or `right` flat sole, `forward` metres before the ankle [m]."""
     turn = axis_rotation("z", SIGNS[side] * stance.toe_out)
     return np.array([stance.x, stance.y]) + forward * turn[:2, 0]
 
 
 def between(points: tuple[NDArray[np.float64], NDArray[np.float64]], left_share: float) -> tuple[float, float]:
-    """The point that divides the line between the left and right foot's support points.
-
-    Args:
-        points: left and right support point (2,) [m].
-        left_share: 1 at the left foot.
-    """
+    """The point between the left and right support point (2,) [m]; a share of 1 is the left one."""
     x, y = left_share * points[0] + (1 - left_share) * points[1]
     return float(x), float(y)
 
@@ -234,14 +208,11 @@ def between(points: tuple[NDArray[np.float64], NDArray[np.float64]], left_share:
 def shared_pressure(
     points: tuple[NDArray[np.float64], NDArray[np.float64]], left_shares: Sequence[tuple[float, float]]
 ) -> list[tuple[float, float, float]]:
-    """Pressure keys of two feet that stay where they are, from how the load is shared between them.
+    """Pressure keys (time [s], x, y [m]) of two feet that stay where they are.
 
     Args:
         points: left and right support point (2,) [m].
-        left_shares: (time [s], share of the left foot) keys.
-
-    Returns:
-        (time [s], x, y [m]) keys.
+        left_shares: keys (time [s], share of the load on the left foot).
     """
     return [(time, *between(points, share)) for time, share in left_shares]
 

@@ -21,14 +21,7 @@ RELAXED: Pose = {
 
 
 def hinge_angles(pose: Pose, character: Character = humanoid()) -> NDArray[np.float64]:
-    """Hinge vector of a named pose; hinges not named are zero.
-
-    Args:
-        pose: degrees by name.
-        character: whose hinges.
-
-    Returns:
-        (joints,) [rad].
+    """Hinge vector (joints,) of a named pose [rad]; hinges not named are zero.
 
     Raises:
         UnknownNameError: no such hinge.
@@ -44,15 +37,12 @@ def hinge_angles(pose: Pose, character: Character = humanoid()) -> NDArray[np.fl
 def key_poses(
     keys: Sequence[tuple[float, Pose]], times: NDArray[np.float64], character: Character = humanoid()
 ) -> NDArray[np.float64]:
-    """Hinge angles through key poses.
+    """Hinge angles (T, joints) through key poses [rad].
 
     Args:
         keys: (time [s], pose), in order of time.
         times: (T,) [s].
         character: whose hinges.
-
-    Returns:
-        (T, joints) [rad].
 
     Raises:
         UnknownNameError: no such hinge.
@@ -65,12 +55,7 @@ def set_hinges(
     values: Mapping[str, NDArray[np.float64] | float],
     character: Character = humanoid(),
 ) -> None:
-    """Write columns of a hinge array in place.
-
-    Args:
-        hinges: (T, joints) [rad].
-        values: (T,) or one number per hinge name [rad].
-        character: whose hinges.
+    """Write columns of a hinge array (T, joints) in place; values are (T,) or one number per hinge name [rad].
 
     Raises:
         UnknownNameError: no such hinge.
@@ -82,14 +67,5 @@ def set_hinges(
 def trunk_rotation(
     yaw: NDArray[np.float64], pitch: NDArray[np.float64], roll: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Pelvis rotations.
-
-    Args:
-        yaw: (T,) to the left [rad].
-        pitch: (T,) forward [rad].
-        roll: (T,) left side up [rad].
-
-    Returns:
-        (T, 3, 3).
-    """
+    """Pelvis rotations (T, 3, 3) from yaw to the left, pitch forward and roll left side up, each (T,) [rad]."""
     return axis_rotation("z", yaw) @ axis_rotation("y", pitch) @ axis_rotation("x", roll)

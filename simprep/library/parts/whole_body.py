@@ -31,7 +31,7 @@ class HipRelative:
 
 @dataclass(frozen=True)
 class JointSwing:
-    """A leg whose joint angles are given instead of where its foot is (kicks out of the sagittal plane).
+    """A leg given by joint angles instead of the place of its foot (kicks out of the sagittal plane).
 
     Attributes:
         angles: (T, 2, 6) hinges of the left and right leg in the order of `leg_joints` [rad].
@@ -55,10 +55,10 @@ class Plan:
         com_height: (T,) [m].
         root_rotation: (T, 3, 3) of the pelvis.
         hinges: (T, joints) of trunk and arms [rad]; those of the legs are ignored.
-        shift: (2,) travel per period [m] if the plan is one period of a cyclic motion, else None.
+        shift: (2,) travel per period of a cyclic motion [m], else None.
         turn: turn per period of a cyclic motion about the world's origin, before the shift, to the left [rad].
-        hip_relative: feet that move with the hips; None for none.
-        joint_swing: legs with given joint angles; None for none.
+        hip_relative: feet that move with the hips, or None.
+        joint_swing: legs with given joint angles, or None.
         passes: how often the ZMP plan is corrected for the angular momentum of the limbs.
         character: the body.
     """
@@ -80,17 +80,10 @@ class Plan:
 
 
 def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
-    """Poses that follow a plan: feet exactly, COM by moving the pelvis, ZMP by a dynamics filter.
+    """Poses qpos (T, nq) that follow a plan: feet exactly, COM by moving the pelvis, ZMP by a dynamics filter.
 
-    The COM path comes from the planned ZMP by the cart-table model. What the moving limbs add to the ZMP is measured on
-    the result and subtracted from the plan, a few times (Kajita et al. 2003, section 4, solved as a boundary value
-    problem instead of by preview control).
-
-    Args:
-        plan: the plan.
-
-    Returns:
-        (T, nq) qpos.
+    The cart-table model gives the COM path. What the limbs add to the ZMP is measured and subtracted from the plan, a
+    few times (Kajita et al. 2003, section 4, as a boundary value problem instead of preview control).
 
     Raises:
         MotionError: a pose leaves the joint limits by more than 0.5 deg.
@@ -121,13 +114,10 @@ def follow_com(
 
     Args:
         plan: feet, and rotation of the pelvis.
-        qpos: (T, nq) poses, changed in place: root position and legs.
+        qpos: (T, nq) poses; root position and legs change in place.
         com: (T, 3) wanted COM [m].
         tolerance: largest distance from it [m].
-        passes: after so many it is given up.
-
-    Returns:
-        Kinematics of the poses.
+        passes: most iterations.
     """
     if not qpos[:, :3].any():
         qpos[:, :3] = com - [0.0, 0.0, 0.06]
@@ -184,11 +174,7 @@ def _padded(kinematics: Kinematics, shift: NDArray[np.float64], turn: float) -> 
 
 
 def check_limits(qpos: NDArray[np.float64], character: Character = humanoid()) -> None:
-    """Clip hinges to their ranges, in place.
-
-    Args:
-        qpos: (T, nq) poses.
-        character: the body.
+    """Clip the hinges of poses (T, nq) to their ranges, in place.
 
     Raises:
         MotionError: a pose leaves the joint limits by more than 0.5 deg.

@@ -1,8 +1,7 @@
 """Walking at a fast pace, backward and along a curve, from the parameters of `walk`.
 
 Backward walking is forward walking with time reversed, as measured joint angles nearly are (Winter, Pluck & Yang 1989,
-J Mot Behav 21:291), with short steps: the toe touches down first. The zero-moment point depends on accelerations only, so
-reversing time keeps the balance.
+J Mot Behav 21:291). Reversed time leaves accelerations, so also the zero-moment point, as they are.
 """
 
 from dataclasses import replace
@@ -51,11 +50,7 @@ def walk_turn_left() -> Motion:
 
 
 def reversed_in_time(loop: Motion) -> Motion:
-    """One cycle of a loop played backwards, from the same first pose; its events become those of the other end of a step.
-
-    Args:
-        loop: a cyclic motion that does not turn.
-    """
+    """One cycle of a loop without turn, played backwards from the same first pose; touch-downs become its events."""
     _, step = loop_displacement(loop)
     order = -np.arange(len(loop)) % len(loop)
     qpos = loop.qpos[order].copy()

@@ -1,8 +1,8 @@
-"""Motions made of single flat steps from a standing posture: side-steps, turns on the spot, a step forward or back.
+"""Motions made of single flat steps from standing: side-steps, turns on the spot, a step forward or back.
 
-A step sequence says which foot goes where and when; pressure, pelvis and arms follow from it. The planned pressure rests under the
-foot that stays while the other is in the air and moves over in between; the COM follows by the cart-table model. Durations and
-lengths are own choices of unhurried movement: 0.3 to 0.45 s in the air, as at a slow to normal walking cadence.
+Pressure, pelvis and arms follow from the steps. The pressure rests under one foot while the other is in the air; the
+COM follows by the cart-table model. Durations and lengths are own choices of unhurried movement: 0.3 to 0.45 s in the
+air.
 """
 
 from collections.abc import Sequence
@@ -30,12 +30,10 @@ class Step:
     """One foot goes somewhere else.
 
     Attributes:
-        side: which foot.
-        lift: when it leaves the floor [s].
-        land: when it is down again [s].
-        x: ankle afterwards, world [m].
-        y: the same.
-        heading: direction of the body that this foot then stands in [rad].
+        side: `left` or `right`.
+        lift, land: when the foot leaves the floor and when it is down again [s].
+        x, y: ankle afterwards, world [m].
+        heading: direction of the body for this foot's new stance [rad].
         land_pitch_deg: pitch of the foot when it lands, toe up positive [deg].
     """
 
@@ -54,11 +52,11 @@ class SteppingStyle:
 
     Attributes:
         clearance: of the foot's lowest point above the floor midway [m].
-        heel_rise_s: time before leaving the floor at which the foot begins to roll [s].
-        lift_pitch_deg: pitch of the foot when it leaves the floor, toe up positive [deg].
+        heel_rise_s: time before lift at which the foot begins to roll [s].
+        lift_pitch_deg: pitch of the foot at lift, toe up positive [deg].
         forward: pressure before the ankle of the foot that stays, at lift and at landing [m].
         com_height: while stepping [m].
-        lead_deg: how far the head turns ahead of the body in a turn [deg].
+        lead_deg: turn of the head ahead of the body [deg].
         arm_swing_deg: half the arc of the upper arms, against the feet [deg].
         lean_deg: forward lean of the trunk while stepping [deg].
     """
@@ -74,23 +72,12 @@ class SteppingStyle:
 
 
 def standing(side: str) -> Stance:
-    """Where a foot stands at first, the body at the origin facing x.
-
-    Args:
-        side: `left` or `right`.
-    """
+    """Where the `left` or `right` foot stands at first, the body at the origin facing x."""
     return Stance(-100.0, 100.0, 0.0, SIGNS[side] * FEET_APART_M / 2, TOE_OUT)
 
 
 def step_sequence(name: str, steps: Sequence[Step], duration: float, style: SteppingStyle) -> Motion:
-    """A motion from standing to standing.
-
-    Args:
-        name: of the motion.
-        steps: in order of time, the feet in turn or not.
-        duration: of the whole [s].
-        style: how it looks.
-    """
+    """A motion of steps, in order of time, from standing to standing; `duration` in seconds."""
     times = np.arange(round(duration * FPS) + 1) / FPS
     begin, end = steps[0].lift - 0.4, steps[-1].land + 0.4
     share = key_curve([begin, begin + 0.35, end - 0.35, end], [0.0, 1.0, 1.0, 0.0])(times)
@@ -110,7 +97,7 @@ def step_cycle(
         steps: of one cycle, with times from 0 to the period; the foot of each must land within it.
         frames: of the cycle, at 60 per second.
         shift: travel per cycle [m].
-        style: how it looks.
+        style: of the steps.
     """
     times = np.arange(frames) / FPS
     period, travel = frames / FPS, np.array(shift)
@@ -190,7 +177,7 @@ def _foot(side: str, steps: Sequence[Step], style: SteppingStyle) -> FootPath:
 def _pressure(
     steps: Sequence[Step], style: SteppingStyle, begin: float | None = None, end: float | None = None
 ) -> tuple[list[float], NDArray[np.float64]]:
-    """Pressure keys: times [s] and (K, 2) points [m]; from and to the middle of both feet where times for that are given."""
+    """Pressure keys: times [s] and (K, 2) points [m]; between the feet at `begin` and `end`, where given."""
     stances = {side: _stances(side, steps) for side in SIDES}
 
     def point(side: str, time: float, forward: float) -> NDArray[np.float64]:
@@ -215,7 +202,7 @@ def _pressure(
 
 
 def _heading(steps: Sequence[Step]) -> Curve:
-    """Heading of the pelvis over time: the mean of the feet's [rad]."""
+    """Heading of the pelvis over time: the mean of both feet [rad]."""
     current = {side: 0.0 for side in SIDES}
     keys = [(steps[0].lift - 0.15, 0.0)]
     for step in steps:

