@@ -15,8 +15,6 @@ from simprep.controller.spaces import (
     ACTIONS,
     ALPHA_LEVELS,
     ALPHA_STEP,
-    AT_INFLUENCE,
-    REACH_M,
     Action,
     Observation,
     encode,
@@ -53,17 +51,6 @@ class Policy:
     def action_frames(self) -> int:
         """Frames per action, at the frame rate of the displacements."""
         return self.table.frames
-
-
-def reached_alpha(command: float, distance_before: float, distance: float) -> float:
-    """Level commanded from now on: 1 on reaching the source of influence (paper, section 6.2), else as before.
-
-    Args:
-        command: level commanded until now.
-        distance_before: to the source of influence at the instant before [m].
-        distance: now [m].
-    """
-    return AT_INFLUENCE * ALPHA_STEP if distance < REACH_M <= distance_before else command
 
 
 def save_policy(policy: Policy, path: str | Path) -> Path:
