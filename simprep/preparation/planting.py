@@ -1,8 +1,8 @@
 """Keep supporting feet where they stand: where each foot should be in every frame, then inverse kinematics.
 
-Within a stance the foot may roll from heel to toe as the (blended) motion has it, about points that stay put on the floor: the
-points that carry it. Its heading is kept. What the original motion itself slides within the stance is kept in
-proportion to 1 - weight, so that an unprepared motion comes out unchanged. In between, the correction fades smoothly.
+In a stance the foot may roll from heel to toe as the motion has it, about the points that carry it, which stay put. Its
+heading is kept. What the source itself slides is kept in proportion to 1 - weight, so that an unprepared motion comes
+out unchanged. Between stances the correction fades smoothly.
 """
 
 from dataclasses import dataclass
@@ -40,9 +40,9 @@ class Standing:
     Attributes:
         ease_in: time within which the lowering of the pelvis sets in, where the first frame is given already [s].
         deepest: farthest lowering of the pelvis [m].
-        turning: (T, 2) `foot_heading` of each foot, of which a standing foot keeps every change, as in the pivot of a kick
-            [rad]; None: what the source turns, in proportion to 1 - weight.
-        landing: (T, 2, 4) corrections, as `Planted.corrections`, with which a foot lands that lands in this frame; None: 0.
+        turning: (T, 2) `foot_heading`, of which a standing foot keeps every change, as in the pivot of a kick [rad];
+            None: what the source turns, in proportion to 1 - weight.
+        landing: (T, 2, 4) corrections, as `Planted.corrections`, of a foot that lands in this frame; None: 0.
         yielding: where a joint limit keeps a foot from its place, it turns instead, about the point that carries it.
     """
 
@@ -163,16 +163,9 @@ def plant_feet(
 
 
 def foot_heading(rotation: Array) -> Array:
-    """Turn about the vertical that leaves nothing but a tilt, however steep the foot stands.
+    """Turn of feet (T, ..., 3, 3) about the vertical (swing-twist decomposition): (T, ...) [rad], continuous over T.
 
-    Of its toe's direction little is left on the floor when the heel is high; the turn (swing-twist decomposition) is defined
-    for every tilt but upside down.
-
-    Args:
-        rotation: (T, ..., 3, 3) orientations of feet.
-
-    Returns:
-        (T, ...) continuous over the first axis [rad].
+    It is defined for every tilt but upside down, while the toe's direction on the floor vanishes when the heel is high.
     """
     sine, cosine = rotation[..., 1, 0] - rotation[..., 0, 1], rotation[..., 0, 0] + rotation[..., 1, 1]
     return np.asarray(np.unwrap(np.arctan2(sine, cosine), axis=0))
@@ -181,18 +174,7 @@ def foot_heading(rotation: Array) -> Array:
 def _keep_carrying_points(
     aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, character: Character
 ) -> NDArray[np.bool_]:
-    """Where a joint limit has tilted a foot into the floor, aim so that its lowest point is where it should be: the heel lifts.
-
-    Args:
-        aim: (T, 2, 3) ankles aimed at; changed in place.
-        goal: (T, 2, 3) ankles wanted.
-        goal_rotation: (T, 2, 3, 3) feet wanted.
-        after: what came out.
-        character: whose poses they are.
-
-    Returns:
-        (T, 2) feet to solve again.
-    """
+    """Feet (T, 2) that a joint limit has tilted into the floor; `aim` changes so that their lowest points come right."""
     missed = np.zeros(aim.shape[:2], dtype=bool)
     for side, leg in enumerate(legs(character)):
         wanted = goal[:, side, None] + np.einsum("tij,kj->tki", goal_rotation[:, side], leg.points)  # (T, N, 3)
@@ -208,18 +190,9 @@ def _keep_carrying_points(
 def _yield(
     aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, contacts: NDArray[np.bool_], character: Character
 ) -> NDArray[np.bool_]:
-    """Where a limit keeps a foot from its place, want the orientation that it got, turned about the point that carries.
+    """Feet (T, 2) that a limit keeps from their place; they want the orientation they got, about the carrying point.
 
-    Args:
-        aim: (T, 2, 3) ankles aimed at; changed in place.
-        goal: (T, 2, 3) ankles wanted; changed in place.
-        goal_rotation: (T, 2, 3, 3) feet wanted; changed in place.
-        after: what came out.
-        contacts: (T, 2) supporting feet.
-        character: whose poses they are.
-
-    Returns:
-        (T, 2) feet to solve again.
+    `aim`, `goal` (T, 2, 3) and `goal_rotation` (T, 2, 3, 3) change in place.
     """
     off = np.linalg.norm(after.xpos[:, character.feet] - goal, axis=-1) > _FAR_M
     for side, (leg, foot) in enumerate(zip(legs(character), character.feet)):
@@ -260,7 +233,7 @@ class _Track:
     def rolling(self, turn: Array, pivoting: bool = False) -> Array:
         """(T - 1, 2) ankle displacement per frame that keeps the carrying points in place, the foot turned by `turn`.
 
-        Pivoting, it turns about its toe where that carries, as the feet of the built-in motions do.
+        Pivoting, it turns about its toe where that carries.
         """
         plan = turned(self.points[..., :2], turn[:, None])  # (T, N, 2)
         height = self.points[..., 2] - self.leg.radii
