@@ -1,9 +1,8 @@
 """The cost that posture optimisation minimises, and its descent, one frame at a time (paper, section 5.3, Eq. 6-10).
 
-The cost is a sum of norms. Its gradient is analytic, through MuJoCo's body Jacobians. Each step goes along the gradient
-divided by the Gauss-Newton matrix of the norms (each norm replaced by the parabola that touches it from above), halved until
-the cost falls: still descent with at most 10 steps, but it gets to the optimum in them, which plain gradient descent does
-not.
+The cost is a sum of norms with an analytic gradient, through MuJoCo's body Jacobians. Each step goes along the gradient
+divided by the Gauss-Newton matrix of the norms (each replaced by the parabola that touches it from above), halved until
+the cost falls: it gets to the optimum in 10 steps, which plain gradient descent does not.
 """
 
 from dataclasses import dataclass
@@ -108,7 +107,7 @@ class PostureProblem:
 
         Args:
             qpos: (nq,) blended posture.
-            centre: (2,) support centre, or where else C_b wants the COM on the floor [m]; None leaves out C_b.
+            centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
             last: (segments, 3) optimised body centres one frame earlier [m]; None leaves out C_m.
             before_last: (segments, 3) two frames earlier.
         """
@@ -183,16 +182,7 @@ class PostureProblem:
         return Costs(balance, style, smoothness, total)
 
     def gradient(self, frame: PostureFrame, hinges: Array) -> tuple[Array, Array]:
-        """Gradient of a frame's total cost and the Gauss-Newton matrix of its norms.
-
-        Args:
-            frame: the frame.
-            hinges: (K,) [rad].
-
-        Returns:
-            gradient: (K,) [m/rad].
-            curvature: (K, K) positive semidefinite [m/rad^2].
-        """
+        """Gradient (K,) [m/rad] of a frame's cost at (K,) hinges [rad], and the (K, K) Gauss-Newton matrix [m/rad^2]."""
         self._pose(frame, hinges)
         return self._gradient_here(frame, hinges)
 
@@ -222,11 +212,7 @@ class PostureProblem:
         return gradient, curvature
 
     def minimise(self, frame: PostureFrame, start: Array) -> tuple[Array, int]:
-        """Descend from a posture, within the joint limits, in at most `settings.max_steps` steps.
-
-        Args:
-            frame: the frame.
-            start: (K,) hinges, within their limits.
+        """Descend from (K,) hinges, within the joint limits, in at most `settings.max_steps` steps.
 
         Returns:
             The hinges, of no higher cost than the start; and the steps taken.

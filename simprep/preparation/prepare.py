@@ -66,8 +66,7 @@ class Preparation:
     """A prepared locomotion.
 
     Attributes:
-        motion: the motion. Its contacts are those of the locomotion, and those of feet that rest on the floor because the
-            preparation has taken their swing away.
+        motion: its contacts are those of the locomotion and of feet that rest as the preparation has taken their swing away.
         record: what happened in every frame.
     """
 
@@ -84,7 +83,7 @@ def prepare(
     duration: float | None = None,
     optimise: bool = True,
 ) -> Preparation:
-    """Synthesise locomotion that prepares for a target motion.
+    """Synthesise locomotion, at its own frame rate, that prepares for a target motion.
 
     Args:
         locomotion: what the character does meanwhile; a loop is repeated as often as needed.
@@ -93,9 +92,6 @@ def prepare(
         settings: every constant; the defaults are the paper's.
         duration: length of the output [s], for a constant alpha; None for the whole locomotion (one cycle of a loop).
         optimise: whether to run the posture optimisation.
-
-    Returns:
-        The motion, at the locomotion's frame rate, and the record.
 
     Raises:
         MotionError: no marked target movement, different bodies, or a locomotion that is too short and no loop.

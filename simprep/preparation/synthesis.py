@@ -1,7 +1,7 @@
 """The synthesis itself, on arrays: locomotion, style and level of preparation per frame in, prepared poses out.
 
-`simprep.preparation.prepare` runs it on a whole clip; the run-time controller on a window that moves along, one action after
-the other, and hands the `Seam` of one window to the next, so that feet stay planted and the root goes on where it was.
+`simprep.preparation.prepare` runs it on a whole clip; the run-time controller on a window that moves along. The `Seam` of
+one window is handed to the next, so that feet stay planted and the root goes on where it was.
 """
 
 from dataclasses import dataclass, field
@@ -133,8 +133,7 @@ def synthesise(
         optimise: whether to run the posture optimisation; without effect where the character has no `balancing` joints.
         start: state at the first frame, where this goes on from an earlier window.
         measure: whether to give the costs of the optimisation.
-        share: () or (T,) factor on every blending weight, 0 to 1: the probability that there will be a target at all. Of all
-            mixtures of locomotion and style it is the one with the least expected squared distance (see
+        share: () or (T,) factor on every blending weight, 0 to 1: the probability that there will be a target at all (see
             `simprep.controller.influence`).
     """
     start = start or Seam()
@@ -188,16 +187,7 @@ def synthesise(
 
 
 def change_share(alpha: Array, fps: float, settings: PreparationSettings = DEFAULT_SETTINGS) -> Array:
-    """How much of the posture change is used at each level of preparation.
-
-    Args:
-        alpha: (T,).
-        fps: frames per second [1/s].
-        settings: threshold and ramp.
-
-    Returns:
-        (T,) 0 below the threshold; above it, smoothly rising and falling in time where alpha passes the threshold.
-    """
+    """Share (T,) of the posture change that is used at (T,) levels of preparation: 0 below the threshold, eased in time above."""
     share = np.zeros(len(alpha))
     ramp = settings.threshold_ramp * fps
     for first, after in stances(np.asarray(alpha >= settings.threshold)):
@@ -210,7 +200,7 @@ def change_share(alpha: Array, fps: float, settings: PreparationSettings = DEFAU
 
 
 def resting_feet(foot_points: Array, weight: Array, style: Style, fps: float) -> NDArray[np.bool_]:
-    """Feet that rest on the floor although the locomotion has them in the air, since blending has taken their swing away.
+    """Feet (T, 2) that rest on the floor where the locomotion has them in the air, as blending has taken their swing away.
 
     A foot rests where it supports in the reference posture too, and its lowest point is within 1 cm of the height it has
     there and slower than 0.1 m/s, for at least 0.1 s.
@@ -220,9 +210,6 @@ def resting_feet(foot_points: Array, weight: Array, style: Style, fps: float) ->
         weight: (T,) blending weight of the root.
         style: what is prepared for.
         fps: frames per second [1/s].
-
-    Returns:
-        (T, 2).
     """
     resting = np.zeros(foot_points.shape[:2], dtype=bool)
     if len(foot_points) < 2:

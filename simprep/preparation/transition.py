@@ -1,7 +1,7 @@
 """From the approach into the target: a motion-graph transition, the same for every way of preparing.
 
-The target is entered at its reference posture, placed so that the planted feet fit, and reached by letting the difference in
-pose and velocity die away over a short window (inertialisation); planted feet stay put by inverse kinematics.
+The target is entered at its reference posture, placed so that the planted feet fit. The difference in pose and velocity
+dies away over a short window (inertialisation); planted feet stay put by inverse kinematics.
 """
 
 from dataclasses import dataclass, replace
@@ -48,7 +48,7 @@ def launch(
     window: float = DEFAULT_WINDOW_S,
     settings: PreparationSettings = DEFAULT_SETTINGS,
 ) -> Motion:
-    """Play an approach, and from one of its frames on the target.
+    """Play an approach, and from one of its frames on the target; the event `launch` marks the target's first frame.
 
     Args:
         approach: motion with at least one frame after `frame` (for its velocity there).
@@ -57,9 +57,6 @@ def launch(
         entry: frame of the target with which it is entered.
         window: time over which the difference between the two dies away [s].
         settings: for the planted feet.
-
-    Returns:
-        The whole motion, with the event `launch` at the target's first frame, and the target's and approach's own events.
 
     Raises:
         MotionError: different bodies or frame rates, or a frame outside its motion.
@@ -107,17 +104,10 @@ def launch(
 
 
 def launch_frame(locomotion: Motion, first: int, after: int, target: Motion, entry: int) -> int:
-    """Frame of a locomotion from which a target is best entered.
+    """Frame of a locomotion, `first` to `after` - 1, from which a target at its frame rate is best entered at frame `entry`.
 
     Among the frames whose foot contacts equal those of the target's entry (all frames, if none do), the one whose body
     positions (relative to the root on the floor, in its heading) and velocities are nearest.
-
-    Args:
-        locomotion: frames to choose from.
-        first: first candidate.
-        after: frame after the last candidate.
-        target: at the same frame rate.
-        entry: frame of the target with which it is entered.
     """
     candidates = np.arange(first, after)
     pose, velocity = local_state(locomotion)
@@ -134,13 +124,9 @@ def launch_frame(locomotion: Motion, first: int, after: int, target: Motion, ent
 
 
 def local_state(motion: Motion) -> tuple[Array, Array]:
-    """Body positions and velocities aligned in plan and heading, so that poses anywhere on the floor compare.
+    """Body positions [m] and velocities [m/s] in the axes of the root's heading, so that poses anywhere on the floor compare.
 
-    Args:
-        motion: the motion.
-
-    Returns:
-        Positions (T, segments, 3) relative to the root on the floor, in the axes of its heading [m]; velocities in the same axes [m/s].
+    Both are (T, segments, 3); the positions are relative to the root on the floor.
     """
     positions = forward_kinematics(motion.qpos, motion.character).xpos
     heading, _ = split_heading(motion.qpos[:, 3:7])
@@ -174,12 +160,7 @@ def _state(motion: Motion, frame: int) -> _State:
 
 
 def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tuple[Array, Array]:
-    """Target poses from `entry` on, plus an offset that starts as the approach's pose and velocity and dies away.
-
-    Returns:
-        qpos: (T, nq), the first equal to the approach's pose.
-        weight: (T,) how much of the offset is left, 1 to 0.
-    """
+    """Target poses (T, nq) from `entry` on, led in from the approach's pose and velocity; what is left of the offset (T,)."""
     qpos = target.qpos[entry:].copy()
     own = _state(target, entry)
     offset = np.concatenate(
