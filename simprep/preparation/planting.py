@@ -126,7 +126,7 @@ def plant_feet(
         goal[:, side] = track.ankle + shift
         goal_rotation[:, side] = axis_rotation("z", turn) @ track.rotation
         changed[:, side] = (np.abs(shift).max(axis=1) > _NOTHING) | (np.abs(turn) > _NOTHING)
-    drop = np.minimum(_pelvis_drop(before, rotation, goal, changed, fps, character, settings), standing.deepest)
+    drop = np.minimum(_pelvis_drop(before, goal, changed, fps, character, settings), standing.deepest)
     if standing.ease_in > 0:
         drop *= minimum_jerk(np.arange(len(qpos)) / (standing.ease_in * fps))
     changed |= (drop > _NOTHING)[:, None]
@@ -335,7 +335,6 @@ def _from_zero(steps: Array) -> Array:
 
 def _pelvis_drop(
     before: Kinematics,
-    rotation: Array,
     goal: Array,
     changed: NDArray[np.bool_],
     fps: float,
