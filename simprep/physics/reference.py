@@ -1,6 +1,6 @@
 """The reference a controller tracks: a motion brought to the simulation rate, smoothed and lifted out of the floor."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -65,9 +65,7 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
     if len(motion) < 2:
         raise MotionError(f"{motion.name}: {len(motion)} frame; tracking needs at least 2")
     fps = 1.0 / timestep
-    plain = Motion(
-        motion.qpos, motion.fps, motion.contacts, motion.events, motion.name, motion.source, False, motion.character
-    )
+    plain = replace(motion, loop=False)
     steps = int(np.floor(plain.duration * fps + 1e-9))
     qpos = sample(plain, np.arange(steps + 1, dtype=np.float64) * timestep)
     if settings.smoothing > 0:
@@ -81,7 +79,7 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
     at_rate = resample(plain, fps)
     contacts = at_rate.contacts[np.minimum(np.arange(steps + 1), len(at_rate) - 1)]
     events = {key: min(frame, steps) for key, frame in at_rate.events.items()}
-    processed = Motion(qpos, fps, contacts, events, motion.name, motion.source, False, motion.character)
+    processed = replace(plain, qpos=qpos, fps=fps, contacts=contacts, events=events)
     return Reference(
         motion=processed,
         qpos=processed.qpos,
