@@ -58,17 +58,6 @@ def joint_weights(
     )
 
 
-def blend_hinges(locomotion: Array, reference: Array, weight: Array) -> Array:
-    """Linear blend of hinge angles [rad], q = (1 - w) q_L + w q_Tp (paper, Eq. 2); exact at weights 0 and 1.
-
-    Args:
-        locomotion: (T, joints).
-        reference: (joints,) of the reference posture, or (T, joints).
-        weight: (T, joints).
-    """
-    return np.asarray((1 - weight) * locomotion + weight * reference)
-
-
 def split_heading(quat: Array) -> tuple[Array, Array]:
     """Split root rotations (..., 4) wxyz into heading (...) and tilt (..., 2) [rad]: the tilt first, then the heading about z.
 

@@ -291,16 +291,15 @@ def _corrections(
     for (landing, left), (landed, stop) in pairwise(edges):
         if landed > left:
             _bridge(value, landing, left, landed, stop, ease)
-    swing = ~contact
+    moved = track.ankle[:, :2] + value[:, :2]
     travel = np.zeros(n)
     for (_, left), (landed, _) in pairwise(runs):
-        a, b = left - 1, landed
-        distance = np.linalg.norm((track.ankle + value[:, :3])[b, :2] - (track.ankle + value[:, :3])[a, :2])
+        distance = np.linalg.norm(moved[landed] - moved[left - 1])
         phase = np.arange(1, landed - left + 1) / (landed - left + 1)
         travel[left:landed] = min(settings.step_clearance, 0.3 * distance) * np.sin(np.pi * phase) ** 2
     sole = track.ankle[:, 2] + track.sole + value[:, 2]
     floor = np.minimum(0.0, height) + weight * travel
-    touched = swing & ((weight > 0) | (np.abs(value).max(axis=1) > _NOTHING))
+    touched = ~contact & ((weight > 0) | (np.abs(value).max(axis=1) > _NOTHING))
     value[:, 2] += np.where(touched, np.maximum(floor - sole, 0.0), 0.0)
     return value
 
@@ -314,19 +313,17 @@ def _pivot(leg: Leg) -> Array:
 
 def _bridge(value: Array, start: int, left: int, landed: int, stop: int, ease: int) -> None:
     """Fill a swing, frames left to landed - 1, so that the corrections at both its ends fade with continuous speed."""
-    n = len(value)
-    count = landed - left
-    length = min(count + 1, ease)
+    length = min(landed - left + 1, ease)
+    frames = np.arange(1, length)
+    share = (frames / length)[:, None]
     if left > 0:
-        held = value[left - 1].copy()
+        held = value[left - 1]
         slope = held - value[left - 2] if left - start >= 2 else np.zeros(4)
-        frames = np.arange(1, min(length, count + 1))
-        value[left + frames - 1] += dying_away((frames / length)[:, None], held, slope * length)
-    if landed < n:
-        held = value[landed].copy()
+        value[left + frames - 1] += dying_away(share, held, slope * length)
+    if landed < len(value):
+        held = value[landed]
         slope = held - value[landed + 1] if stop - landed >= 2 else np.zeros(4)
-        frames = np.arange(1, min(length, count + 1))
-        value[landed - frames] += dying_away((frames / length)[:, None], held, slope * length)
+        value[landed - frames] += dying_away(share, held, slope * length)
 
 
 def _from_zero(steps: Array) -> Array:

@@ -11,6 +11,7 @@ from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.support import polygons
 from simprep.preparation.blending import split_heading
+from simprep.preparation.posture_optimisation import OptimisedPostures
 from simprep.preparation.reference_posture import ReferencePosture, reference_posture
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 from simprep.preparation.synthesis import Locomotion, Style, synthesise
@@ -111,11 +112,13 @@ def prepare(
     result = synthesise(
         Locomotion(source.qpos, source.contacts, trend, source.fps, source.character), style, level, settings, optimise
     )
-    qpos, optimised = result.qpos, result.optimised
-    com = com_before = result.kinematics.com
-    if optimised is not None:
+    qpos, com, n = result.qpos, result.kinematics.com, len(level)
+    if result.optimised is not None:
         com = forward_kinematics(qpos, source.character).com
-    costs = np.full((2, len(qpos), 4), np.nan)
+    missing = np.full((n, 4), np.nan)
+    optimised = result.optimised or OptimisedPostures(
+        qpos, missing, missing, np.zeros(n, dtype=np.int64), np.full((n, 2), np.nan)
+    )
     motion = replace(
         source,
         qpos=qpos,
@@ -129,14 +132,14 @@ def prepare(
         alpha=level,
         root_weight=result.root_weight,
         weights=result.weights,
-        costs_before=costs[0] if optimised is None else optimised.before,
-        costs_after=costs[1] if optimised is None else optimised.after,
-        steps=np.zeros(len(qpos), dtype=np.int64) if optimised is None else optimised.steps,
-        com_before=com_before,
+        costs_before=optimised.before,
+        costs_after=optimised.after,
+        steps=optimised.steps,
+        com_before=result.kinematics.com,
         com=com,
         support=tuple(polygons(*result.support)),
         centre=result.centre,
-        goal=np.full((len(qpos), 2), np.nan) if optimised is None else optimised.goals,
+        goal=optimised.goals,
         locomotion_contacts=source.contacts,
         foot_error=result.foot_error,
         pelvis_drop=result.pelvis_drop,

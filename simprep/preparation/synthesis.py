@@ -14,11 +14,11 @@ from simprep.motion.contacts import stances
 from simprep.motion.curves import smooth_step
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.support import support_centre, support_points
-from simprep.preparation.blending import blend_hinges, joint_weights
+from simprep.preparation.blending import joint_weights
 from simprep.preparation.planting import plant_feet
 from simprep.preparation.posture_optimisation import OptimisedPostures, optimise_postures
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
-from simprep.preparation.trajectory import blend_root, mean_root_height, support_root_height, support_share
+from simprep.preparation.trajectory import blend_root, support_share
 
 Array = NDArray[np.float64]
 
@@ -143,28 +143,26 @@ def synthesise(
         root_weight, weights = root_weight * share, weights * np.reshape(share, (-1, 1))
     kinematics = forward_kinematics(source, character)
     qpos = source.copy()
-    qpos[:, 7:] = blend_hinges(source[:, 7:], style.qpos[..., 7:], weights)
-    path = blend_root(
-        source[:, :7], style.qpos[..., :7], root_weight, locomotion.trend, (start.lag, np.asarray(start.lost))
-    )
+    qpos[:, 7:] = (1 - weights) * source[:, 7:] + weights * style.qpos[..., 7:]  # Eq. 2
+    path = blend_root(source[:, :7], style.qpos[..., :7], root_weight, locomotion.trend, (start.lag, start.lost))
     qpos[:, :2], qpos[:, 3:7] = path.position, path.quat
     touched = (root_weight > 0) | (weights > 0).any(axis=1)
     contacts = locomotion.contacts
     foot_error, drop, feet = np.zeros((len(qpos), 2)), np.zeros(len(qpos)), np.zeros((len(qpos), 2, 4))
     if touched.any() or np.any(start.feet):
         blended = forward_kinematics(qpos, character)  # at the locomotion's root height
-        if settings.root_height == "mean":
+        if settings.root_height == "mean":  # Eq. 5
             heights = np.s_[:, character.feet, 2]
-            before = kinematics.xpos[heights] - source[:, 2:3]
-            height = mean_root_height(source[:, 2], before, blended.xpos[heights] - source[:, 2:3])
-        else:
+            before, after = kinematics.xpos[heights] - source[:, 2:3], blended.xpos[heights] - source[:, 2:3]
+            height = source[:, 2] - (after - before).mean(axis=1)
+        else:  # the lowest point of each sole, and the supporting foot, instead of the mean of both feet
             sole = kinematics.foot_points[..., 2].min(axis=2)
             sole_goal = (1 - root_weight)[:, None] * sole + root_weight[:, None] * style.sole_height
             soles_after = blended.foot_points[..., 2].min(axis=2) - source[:, 2:3]
-            height = support_root_height(sole_goal, soles_after, support_share(contacts, fps))
+            height = (support_share(contacts, fps) * (sole_goal - soles_after)).sum(axis=1)
         qpos[:, 2] = np.where(touched, height, source[:, 2])
         planted = plant_feet(
-            qpos, kinematics, contacts, root_weight, style.sole_height, fps, character, settings, np.asarray(start.feet)
+            qpos, kinematics, contacts, root_weight, style.sole_height, fps, character, settings, start.feet
         )
         qpos, kinematics = planted.qpos, planted.kinematics
         foot_error, drop, feet = planted.foot_error, planted.pelvis_drop, planted.corrections

@@ -94,28 +94,3 @@ def support_share(contacts: NDArray[np.bool_], fps: float, smoothing: float = 0.
     """
     share = gaussian_filter1d(contacts.astype(np.float64), smoothing * fps, axis=0, mode="nearest") + 1e-3
     return np.asarray(share / share.sum(axis=1, keepdims=True))
-
-
-def mean_root_height(locomotion: Array, feet_before: Array, feet_after: Array) -> Array:
-    """Root height (T,) [m] against the mean height change of both feet (paper, Eq. 5).
-
-    Args:
-        locomotion: (T,) root height [m].
-        feet_before: (T, 2) heights of the feet relative to the root in the locomotion [m].
-        feet_after: (T, 2) the same after blending the joint angles.
-    """
-    return np.asarray(locomotion - (feet_after - feet_before).mean(axis=1))
-
-
-def support_root_height(goal: Array, soles_after: Array, share: Array) -> Array:
-    """Root height (T,) [m] that puts the soles of the supporting feet at their goal heights.
-
-    Eq. 5 with two changes: the lowest point of each sole stands for the foot, and the supporting foot counts, not the mean
-    of both, so that a fully prepared character does not bob with the swing foot of the locomotion.
-
-    Args:
-        goal: (T, 2) wanted height of the lowest sole point of each foot [m].
-        soles_after: (T, 2) its height relative to the root in the blended posture [m].
-        share: (T, 2) from `support_share`.
-    """
-    return np.asarray((share * (goal - soles_after)).sum(axis=1))

@@ -74,9 +74,9 @@ def launch(
         raise SettingError(f"transition window {window} s; valid: above 0")
     standing = forward_kinematics(approach.qpos[frame : frame + 1], approach.character)
     placed = _place(target, entry, approach, frame, standing)
-    qpos, weight = _inertialise(_state(approach, frame), placed, entry, max(2, round(window * approach.fps)))
-    contacts = placed.contacts[entry:].copy()
     landing = max(2, round(window * approach.fps))
+    qpos, weight = _inertialise(_state(approach, frame), placed, entry, landing)
+    contacts = placed.contacts[entry:].copy()
     for side in (0, 1):
         if not approach.contacts[frame, side]:  # in the air at the launch: it lands when the two motions agree
             contacts[:landing, side] = False
@@ -154,22 +154,18 @@ def _place(target: Motion, entry: int, approach: Motion, frame: int, standing: K
 def _state(motion: Motion, frame: int) -> _State:
     before, after = max(frame - 1, 0), min(frame + 1, len(motion) - 1)
     span = max(after - before, 1)
-    a, b = motion.qpos[before], motion.qpos[after]
-    step = np.concatenate([b[:3] - a[:3], rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]]) / span
-    return _State(motion.qpos[frame], step)
+    return _State(motion.qpos[frame], _difference(motion.qpos[before], motion.qpos[after]) / span)
+
+
+def _difference(a: Array, b: Array) -> Array:
+    return np.concatenate([b[:3] - a[:3], rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]])
 
 
 def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tuple[Array, Array]:
     """Target poses (T, nq) from `entry` on, led in from the approach's pose and velocity; what is left of the offset (T,)."""
     qpos = target.qpos[entry:].copy()
     own = _state(target, entry)
-    offset = np.concatenate(
-        [
-            state.qpos[:3] - own.qpos[:3],
-            rotation_between(own.qpos[3:7], state.qpos[3:7]),
-            state.qpos[7:] - own.qpos[7:],
-        ]
-    )
+    offset = _difference(own.qpos, state.qpos)
     slope = (state.step - own.step) * frames
     x = np.minimum(np.arange(len(qpos)) / frames, 1.0)[:, None]
     left = (1 + 2 * x) * (1 - x) ** 2
