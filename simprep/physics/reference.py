@@ -11,6 +11,7 @@ from simprep.errors import MotionError
 from simprep.motion.edit import resample, sample
 from simprep.motion.kinematics import Kinematics, body_clearance, forward_kinematics
 from simprep.motion.motion import Motion, differentiate
+from simprep.motion.rotations import continuous_quat
 
 
 @dataclass(frozen=True)
@@ -92,10 +93,7 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
 
 def _smooth(qpos: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
     out = qpos.copy()
-    quat = qpos[:, 3:7].copy()
-    flips = np.cumprod(np.where((quat[1:] * quat[:-1]).sum(axis=1) < 0, -1.0, 1.0))
-    quat[1:] *= flips[:, None]
-    out[:, 3:7] = quat
+    out[:, 3:7] = continuous_quat(qpos[:, 3:7])
     # point reflection keeps value and slope at the ends
     pad = min(len(qpos) - 1, int(4 * sigma) + 1)
     extended = np.concatenate([2 * out[0] - out[pad:0:-1], out, 2 * out[-1] - out[-2 : -pad - 2 : -1]])
