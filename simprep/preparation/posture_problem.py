@@ -46,20 +46,17 @@ class PostureFrame:
     Attributes:
         qpos: (nq,) blended posture.
         hinges: (K,) its balancing hinges [rad].
-        blended: (M, 3) its body centres, of the bodies that move [m].
         com_fixed: (2,) part of the bodies that do not move in the COM on the floor [m].
         centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
-        expected: (M, 3) body centres that continue the two frames before in a straight line [m]; None leaves out C_m.
         fixed_smoothness: part of the bodies that do not move in the sum of C_m [m per frame squared].
-        anchors: (1, M, 3) `blended`, or (2, M, 3) with `expected` after it.
+        anchors: (1, M, 3) body centres of the blended posture, of the bodies that move [m]; or (2, M, 3), followed by
+            those that continue the two frames before in a straight line, for C_m.
     """
 
     qpos: Array
     hinges: Array
-    blended: Array
     com_fixed: Array
     centre: Array | None
-    expected: Array | None
     fixed_smoothness: float
     anchors: Array
 
@@ -112,22 +109,19 @@ class PostureProblem:
             before_last: (segments, 3) two frames earlier.
         """
         centres = self.centres_of(qpos)
-        expected: Array | None = None
+        anchors = [centres[self._moved]]
         fixed_smoothness = 0.0
         if last is not None and before_last is not None:
             straight_on = 2 * last - before_last
-            expected = straight_on[self._moved]
+            anchors.append(straight_on[self._moved])
             fixed_smoothness = float(self._norm(centres[self._fixed] - straight_on[self._fixed]).sum())
-        blended = centres[self._moved]
         return PostureFrame(
             qpos=np.array(qpos),
             hinges=np.array(qpos[self.columns]),
-            blended=blended,
             com_fixed=self._share[self._fixed] @ centres[self._fixed, :2],
             centre=centre,
-            expected=expected,
             fixed_smoothness=fixed_smoothness,
-            anchors=np.stack([blended] if expected is None else [blended, expected]),
+            anchors=np.stack(anchors),
         )
 
     def _norm(self, difference: Array) -> Array:
