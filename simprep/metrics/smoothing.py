@@ -15,7 +15,7 @@ from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
 from simprep.motion.motion import Motion
-from simprep.motion.rotations import multiply_quat
+from simprep.motion.rotations import continuous_quat, multiply_quat
 
 SIGMA_S = 0.010
 GRID_HZ = 240.0
@@ -99,8 +99,7 @@ def smooth_motion(motion: Motion, rate: float = ANALYSIS_HZ, sigma: float = DYNA
         sigma: standard deviation of the Gaussian [s].
     """
     qpos = motion.qpos.copy()
-    flips = np.where(np.sum(qpos[1:, 3:7] * qpos[:-1, 3:7], axis=1) < 0, -1.0, 1.0)
-    qpos[1:, 3:7] *= np.cumprod(flips)[:, None]  # q and -q are one rotation, but no smooth path joins them
+    qpos[:, 3:7] = continuous_quat(qpos[:, 3:7])
     times, (value, first, second) = gaussian_derivatives(qpos, motion.fps, (0, 1, 2), rate, sigma)
     quat, quat_rate, quat_acceleration = value[:, 3:7], first[:, 3:7], second[:, 3:7]
     norm = np.sum(quat**2, axis=1, keepdims=True)

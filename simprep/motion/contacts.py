@@ -70,15 +70,23 @@ def contacts_of_points(
     may_stay = ((height < settings.leave_height) & (speed < settings.leave_speed)).any(axis=-1)
     shortest = max(1, round(settings.minimum * fps))
     contacts = np.stack([_hysteresis(may_enter[:, side], may_stay[:, side]) for side in (0, 1)], axis=1)
-    for side in (0, 1):
-        contacts[:, side] = _drop_short(contacts[:, side], shortest)
-    return contacts
+    return without_brief(~without_brief(~contacts, shortest), shortest)
 
 
 def stances(contact: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """Stances of one foot, of contact flags (T,): the first frame of each and the frame after its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], contact, [False]]).astype(int)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def without_brief(contacts: NDArray[np.bool_], shortest: float) -> NDArray[np.bool_]:
+    """Contact flags (T, 2) without stances of fewer than `shortest` frames, but for those at the ends of the motion."""
+    out = contacts.copy()
+    for side in (0, 1):
+        for first, after in stances(contacts[:, side]):
+            if after - first < shortest and first > 0 and after < len(out):
+                out[first:after, side] = False
+    return out
 
 
 def _hysteresis(enter: NDArray[np.bool_], stay: NDArray[np.bool_]) -> NDArray[np.bool_]:
@@ -88,16 +96,4 @@ def _hysteresis(enter: NDArray[np.bool_], stay: NDArray[np.bool_]) -> NDArray[np
         entries = np.flatnonzero(enter[first:after])
         if len(entries):
             out[first + entries[0] : after] = True
-    return out
-
-
-def _drop_short(contact: NDArray[np.bool_], shortest: int) -> NDArray[np.bool_]:
-    out = contact.copy()
-    n = len(out)
-    for first, after in stances(~out):
-        if after - first < shortest and first > 0 and after < n:
-            out[first:after] = True
-    for first, after in stances(out):
-        if after - first < shortest and first > 0 and after < n:
-            out[first:after] = False
     return out

@@ -176,11 +176,9 @@ def concatenate(a: Motion, b: Motion) -> Motion:
     """
     if a.character != b.character:
         raise MotionError(f"{a.name} and {b.name} belong to different bodies: {a.character}, {b.character}")
-    b = resample(replace(b, loop=False), a.fps)
-    b = at_origin(b)
-    b = move(b, turn=float(yaw(a.qpos[-1, 3:7])))
+    b = at_origin(resample(replace(b, loop=False), a.fps))
     x, y = a.qpos[-1, :2]
-    b = move(b, translation=(x, y))
+    b = move(move(b, turn=float(yaw(a.qpos[-1, 3:7]))), translation=(x, y))
     events = {**a.events, **{key: frame + len(a) - 1 for key, frame in b.events.items()}}
     return replace(
         a,

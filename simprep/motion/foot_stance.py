@@ -136,7 +136,8 @@ def hold(
     if not turning:
         mean = float(np.average(heading, weights=stance.flatness[part]))
         heading = np.full(len(heading), mean + _towards_knee(mean, stance.fold[part], settings))
-    pitch = _flatten(stance.pitch[part], settings)
+    pitch = stance.pitch[part]
+    pitch = pitch**3 / (pitch**2 + settings.flattening**2)
     if not turning:
         anchors = _anchors(points, heading[0], weight * stance.flatness[part, None], centres)
         pitch = _rolling_pitch(
@@ -232,7 +233,3 @@ def _rolling_pitch(
     out = pitch.copy()
     out[rolls] += (rolling**2 * (3 - 2 * rolling))[rolls] * found
     return out
-
-
-def _flatten(angle: NDArray[np.float64], settings: FootholdSettings) -> NDArray[np.float64]:
-    return np.asarray(angle**3 / (angle**2 + settings.flattening**2))

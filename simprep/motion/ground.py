@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
-from simprep.character import ROLES, SIDES, Character
+from simprep.character import ROLES, Character
 from simprep.humanoid import GRAVITY
-from simprep.motion.contacts import contacts_of_points, stances
+from simprep.motion.contacts import contacts_of_points, stances, without_brief
 from simprep.motion.foot_passage import place_feet
 from simprep.motion.footholds import FootPoses, sole_points
 from simprep.motion.kinematics import forward_kinematics
@@ -75,49 +75,43 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
         character: the body.
         settings: of the inverse kinematics.
     """
-    cyclic = targets.step is not None
-    whole = _three_cycles(targets) if cyclic else targets
+    step = targets.step
+    whole = targets if step is None else _three_cycles(targets, step)
     levelled, warnings = level_floor(whole, character)
     feet = FootPoses(levelled.positions[:, ANKLES], levelled.orientations[:, 3:5])
     soles = sole_points(feet, character)
     touching = contacts_of_points(soles, targets.fps)
     lowest = soles[..., 2].min(axis=-1)
     touching &= ~((lowest - lowest[:, ::-1] > HIGHER) & touching[:, ::-1])
-    for side in range(2):
-        for first, after in stances(touching[:, side]):
-            if after - first < BRIEFEST_S * targets.fps and first > 0 and after < len(touching):
-                touching[first:after, side] = False
+    touching = without_brief(touching, BRIEFEST_S * targets.fps)
     whole = levelled
-    for _ in range(ROUNDS):
+    for turn in range(ROUNDS + 1):
         feet = FootPoses(whole.positions[:, ANKLES], levelled.orientations[:, 3:5])
         placed, contacts = place_feet(
             feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, character
         )
+        if turn == ROUNDS:
+            break
         shift = _smooth_mean(placed.position - feet.position, contacts, FOLLOW_S * targets.fps)
         whole = replace(whole, positions=whole.positions + shift[:, None])
         whole.positions[...] -= _strayed(whole, levelled)[:, None]
-    feet = FootPoses(whole.positions[:, ANKLES], levelled.orientations[:, 3:5])
-    placed, contacts = place_feet(
-        feet, whole.positions[:, HIPS], whole.positions[:, KNEES], touching, targets.fps, character
-    )
     whole = _follow(whole, levelled, placed, contacts, character).output()
     contacts = contacts[:: targets.stride]
     n = len(contacts) // 3
     shank = whole.positions[:, KNEES] - whole.positions[:, ANKLES]
     standing = contacts & (shank[..., 2] > UPRIGHT * np.linalg.norm(shank, axis=-1))  # kneeling, a foot only lies there
-    if cyclic:
+    if step is not None:
         before = min(n, round(PREROLL_S * whole.fps))
         keep = slice(n - before, 2 * n)
         part = replace(whole, positions=whole.positions[keep], orientations=whole.orientations[keep])
         solution = solve(part, standing[keep], character, settings)
         qpos, unsettled = solution.qpos[before:], solution.unsettled[before:]
         contacts, standing = contacts[n : 2 * n], standing[n : 2 * n]
-        assert targets.step is not None
-        qpos[:, :3] -= targets.step
+        qpos[:, :3] -= step
     else:
         solution = solve(whole, standing, character, settings)
         qpos, unsettled = solution.qpos, solution.unsettled
-    lowered = set_down(qpos, whole.fps, character, cyclic)
+    lowered = set_down(qpos, whole.fps, character, step is not None)
     if lowered.max(initial=0.0) > HOVERING:
         warnings.append(f"the body hovered over the floor by up to {lowered.max():.2f} m without falling: set down")
     qpos[:, 2] -= lowered
@@ -127,9 +121,8 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
     return Placed(qpos, contacts, unsettled, tuple(warnings))
 
 
-def _three_cycles(targets: Targets) -> Targets:
-    assert targets.step is not None
-    positions = np.concatenate([targets.positions + cycle * targets.step for cycle in range(3)])
+def _three_cycles(targets: Targets, step: NDArray[np.float64]) -> Targets:
+    positions = np.concatenate([targets.positions + cycle * step for cycle in range(3)])
     return replace(targets, positions=positions, orientations=np.tile(targets.orientations, (3, 1, 1, 1)))
 
 
@@ -151,10 +144,7 @@ def level_floor(targets: Targets, character: Character) -> tuple[Targets, list[s
     # without the vertical speed: uneven ground, or a lost hip height, would hide contacts
     still = _slowest_point(points[..., :2], fps) < 0.4
     footing = still & (lowest < lower[:, None] + 0.03)
-    for side in range(2):
-        for first, after in stances(footing[:, side]):
-            if after - first < 0.08 * fps and first > 0 and after < n:
-                footing[first:after, side] = False
+    footing = without_brief(footing, 0.08 * fps)
     known = np.flatnonzero(footing.any(axis=1))
     limbs = targets.positions[:, ARMS_AND_KNEES, 2].min(axis=1) - LIMB_RADIUS
     warnings = []
@@ -221,22 +211,17 @@ def _follow(
     moved_on = replace(targets, positions=targets.positions + shift[:, None])
     positions = moved_on.positions - _strayed(moved_on, source)[:, None]
     positions[:, ANKLES] = feet.position
-    hips = [ROLES.index("left_thigh"), ROLES.index("right_thigh")]
     # the body sinks to a standing foot that is out of reach
-    away = positions[:, hips] - positions[:, ANKLES]
+    away = positions[:, HIPS] - positions[:, ANKLES]
     plan = np.minimum(np.linalg.norm(away[..., :2], axis=-1), 0.99 * (thigh + shank))
     reach = np.sqrt((STRETCH * (thigh + shank)) ** 2 - plan**2)
     sink = np.maximum(0.0, np.where(contacts, away[..., 2] - reach, 0.0)).max(axis=1)
     width = max(1, round(0.1 * fps))
     sink = gaussian_filter1d(maximum_filter1d(sink, 2 * width + 1), 0.5 * width, mode="nearest")
-    feet_and_knees = [*ANKLES, ROLES.index("left_shank"), ROLES.index("right_shank")]
-    others = [number for number in range(len(ROLES)) if number not in feet_and_knees]
+    others = [number for number in range(len(ROLES)) if number not in ANKLES + KNEES]
     positions[:, others, 2] -= sink[:, None]
-    for number, side in enumerate(SIDES):
-        knee = ROLES.index(f"{side}_shank")
-        positions[:, knee] = _knee(
-            positions[:, hips[number]], positions[:, ANKLES[number]], positions[:, knee], thigh, shank
-        )
+    for hip, ankle, knee in zip(HIPS, ANKLES, KNEES):
+        positions[:, knee] = _knee(positions[:, hip], positions[:, ankle], positions[:, knee], thigh, shank)
     orientations = targets.orientations.copy()
     orientations[:, len(ORIENTED) - 2 :] = feet.rotation
     return replace(targets, positions=positions, orientations=orientations)

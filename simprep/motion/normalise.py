@@ -161,9 +161,8 @@ def _length_unit(clip: SourceClip, joints: JointMap, scale: float | None, warnin
     if not leg > 1e-9:
         raise MotionFileError(clip.path, "the legs have no length: thigh, shank and foot joints coincide")
     low, high = LEG_RANGE_M
-    if scale is not None or clip.unit_m is not None:
-        given = scale if scale is not None else clip.unit_m
-        assert given is not None
+    given = clip.unit_m if scale is None else scale
+    if given is not None:
         if not 0.5 * low <= leg * given <= 2 * high:
             raise MotionFileError(
                 clip.path,

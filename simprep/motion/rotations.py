@@ -69,6 +69,12 @@ def multiply_quat(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.
     )
 
 
+def continuous_quat(quat: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Quaternions (T, 4) with signs such that none is farther than half a turn from the one before."""
+    flips = np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0)
+    return np.asarray(quat * np.concatenate([[1.0], np.cumprod(flips)])[:, None])  # q and -q are one rotation
+
+
 def wrap_angle(angle: NDArray[np.float64] | float) -> NDArray[np.float64]:
     """The same angles (...) from -pi to pi [rad]."""
     return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)

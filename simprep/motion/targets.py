@@ -169,10 +169,7 @@ def rest_offsets(character: Character) -> dict[str, NDArray[np.float64]]:
     for role in ROLES[5:]:
         character.segment(role)  # raises an error that names what is missing
     if not character.has("abdomen"):
-        offset["abdomen"], offset["thorax"] = (
-            0.4 * character.rest_offset("thorax"),
-            0.6 * character.rest_offset("thorax"),
-        )
+        offset["abdomen"], offset["thorax"] = 0.4 * offset["thorax"], 0.6 * offset["thorax"]
     if not character.has("neck"):
         offset["neck"] = (offset["left_upper_arm"] + offset["right_upper_arm"]) / 2
     if not character.has("head"):

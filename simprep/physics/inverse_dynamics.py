@@ -53,9 +53,10 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
     """
     settings = settings or InverseDynamicsSettings()
     fps = reference.motion.fps
-    model = reference.motion.character.model
-    # a copy, because the model is shared; contacts are found here, and limits must not push
-    model = _without_constraints(model)
+    model = copy(reference.motion.character.model)  # a copy, because the model is shared
+    model.opt.disableflags |= int(
+        mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
+    )  # contacts are found here, limits must not push
     data = mujoco.MjData(model)
     sigma = settings.smoothing * fps
     qvel = gaussian_filter1d(reference.qvel, sigma, axis=0, mode="nearest")
@@ -81,12 +82,6 @@ def nonnegative_least_squares(matrix: NDArray[np.float64], wanted: NDArray[np.fl
         return np.asarray(nnls(matrix, wanted)[0])
     except RuntimeError:  # the active set of a degenerate problem can cycle, the interior-point method cannot
         return np.maximum(lsq_linear(matrix, wanted, bounds=(0.0, np.inf), tol=1e-10).x, 0.0)
-
-
-def _without_constraints(model: mujoco.MjModel) -> mujoco.MjModel:
-    free = copy(model)
-    free.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
-    return free
 
 
 def _contact_candidates(model: mujoco.MjModel) -> list[tuple[int, int, NDArray[np.float64], float]]:

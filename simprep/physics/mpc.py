@@ -124,8 +124,7 @@ class MpcController:
         self._basis = linear_basis(np.arange(self._steps, dtype=np.float64) * dt / s.knot_spacing, knots)
         until_replan = np.arange(self._every, dtype=np.float64) * world_dt
         self._world_basis = linear_basis(until_replan / s.knot_spacing, knots)
-        shift_position = np.arange(knots) + self._every * world_dt / s.knot_spacing
-        shift = linear_basis(np.minimum(shift_position, knots - 1), knots)
+        shift = linear_basis(np.arange(knots, dtype=np.float64) + self._every * world_dt / s.knot_spacing, knots)
         self._costs = [
             TrackingCost(reference, self._ratio, world_dt, self._steps, dofs, body.feet, s.weights)
             for reference, dofs, body in zip(references, planner.dofs, planner.bodies)

@@ -1,6 +1,6 @@
 """The reference a controller tracks: a motion brought to the simulation rate, smoothed and lifted out of the floor."""
 
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from simprep.errors import MotionError
 from simprep.motion.edit import resample, sample
 from simprep.motion.kinematics import Kinematics, body_clearance, forward_kinematics
 from simprep.motion.motion import Motion, differentiate
+from simprep.motion.rotations import continuous_quat
 
 
 @dataclass(frozen=True)
@@ -65,9 +66,7 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
     if len(motion) < 2:
         raise MotionError(f"{motion.name}: {len(motion)} frame; tracking needs at least 2")
     fps = 1.0 / timestep
-    plain = Motion(
-        motion.qpos, motion.fps, motion.contacts, motion.events, motion.name, motion.source, False, motion.character
-    )
+    plain = replace(motion, loop=False)
     steps = int(np.floor(plain.duration * fps + 1e-9))
     qpos = sample(plain, np.arange(steps + 1, dtype=np.float64) * timestep)
     if settings.smoothing > 0:
@@ -81,7 +80,7 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
     at_rate = resample(plain, fps)
     contacts = at_rate.contacts[np.minimum(np.arange(steps + 1), len(at_rate) - 1)]
     events = {key: min(frame, steps) for key, frame in at_rate.events.items()}
-    processed = Motion(qpos, fps, contacts, events, motion.name, motion.source, False, motion.character)
+    processed = replace(plain, qpos=qpos, fps=fps, contacts=contacts, events=events)
     return Reference(
         motion=processed,
         qpos=processed.qpos,
@@ -94,10 +93,7 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
 
 def _smooth(qpos: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
     out = qpos.copy()
-    quat = qpos[:, 3:7].copy()
-    flips = np.cumprod(np.where((quat[1:] * quat[:-1]).sum(axis=1) < 0, -1.0, 1.0))
-    quat[1:] *= flips[:, None]
-    out[:, 3:7] = quat
+    out[:, 3:7] = continuous_quat(qpos[:, 3:7])
     # point reflection keeps value and slope at the ends
     pad = min(len(qpos) - 1, int(4 * sigma) + 1)
     extended = np.concatenate([2 * out[0] - out[pad:0:-1], out, 2 * out[-1] - out[-2 : -pad - 2 : -1]])

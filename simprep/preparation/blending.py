@@ -14,19 +14,16 @@ Array = NDArray[np.float64]
 
 
 def blending_weight(alpha: Array | float, curvature: Array | float, curve: str = "described") -> Array:
-    """Weight of the reference posture at a level of preparation (paper, Eq. 1).
+    """Weight, 0 to 1, of the reference posture at a level of preparation (paper, Eq. 1); exactly 0 at alpha 0 and 1 at alpha 1.
 
-    As printed, w = (1 - (1 - a)^C)^(1/C), C = 0.5 makes the arms lag behind the legs (w(0.5) = 0.09), while the paper's text
-    and its Fig. 5 and 6 say that they lead. `described` is the mirror image of that curve in the point (1/2, 1/2),
+    As printed, w = (1 - (1 - a)^C)^(1/C) with C = 0.5 makes the arms lag behind the legs (w(0.5) = 0.09), while the paper's
+    text and its Fig. 5 and 6 say that they lead. `described` is the mirror image of that curve in the point (1/2, 1/2),
     w = 1 - (1 - a^C)^(1/C), which leads (w(0.5) = 0.91). Both are straight lines at C = 1.
 
     Args:
         alpha: level of preparation, 0 to 1; any shape.
         curvature: C, above 0; broadcasts against alpha.
         curve: `described`, `printed`, or `linear` (w = alpha whatever C).
-
-    Returns:
-        Weight, 0 to 1: exactly 0 at alpha 0 and 1 at alpha 1.
     """
     a = np.asarray(alpha, dtype=np.float64)
     c = np.asarray(curvature, dtype=np.float64)
@@ -40,16 +37,7 @@ def blending_weight(alpha: Array | float, curvature: Array | float, curve: str =
 def joint_weights(
     alpha: Array, character: Character, settings: PreparationSettings = DEFAULT_SETTINGS
 ) -> tuple[Array, Array]:
-    """Blending weights of the root and of every hinge.
-
-    Args:
-        alpha: (T,) levels of preparation.
-        character: whose hinges they are.
-        settings: curve and C of each joint.
-
-    Returns:
-        root: (T,) weight of the root.
-        hinges: (T, joints) weight of each hinge.
+    """Blending weights of the root (T,) and of every hinge (T, joints) at (T,) levels of preparation.
 
     Raises:
         UnknownNameError: a curvature is set for a joint that the character lacks.
@@ -70,32 +58,11 @@ def joint_weights(
     )
 
 
-def blend_hinges(locomotion: Array, reference: Array, weight: Array) -> Array:
-    """Linear blend of Euler joint angles, q = (1 - w) q_L + w q_Tp (paper, Eq. 2).
-
-    Args:
-        locomotion: (T, joints) hinge angles [rad].
-        reference: (joints,) hinge angles of the reference posture [rad].
-        weight: (T, joints).
-
-    Returns:
-        (T, joints); exactly `locomotion` where the weight is 0 and `reference` where it is 1.
-    """
-    return np.asarray((1 - weight) * locomotion + weight * reference)
-
-
 def split_heading(quat: Array) -> tuple[Array, Array]:
-    """Split a root rotation into heading and tilt: rotation = heading about world z after tilt.
+    """Split root rotations (..., 4) wxyz into heading (...) and tilt (..., 2) [rad]: the tilt first, then the heading about z.
 
-    The tilt is the rotation vector of the remaining turn about a horizontal axis: roll and pitch as in Euler angles where the
-    body tilts about one axis, but regular up to upside down (Euler angles are singular at 90 deg of pitch, as in a crawl).
-
-    Args:
-        quat: (..., 4) wxyz.
-
-    Returns:
-        heading: (...) angle about z [rad].
-        tilt: (..., 2) rotation vector about the heading's x and y axes [rad].
+    The tilt is the rotation vector of the remaining turn, about the heading's x and y axes: roll and pitch where the body
+    tilts about one axis, but regular up to upside down (Euler angles are singular at 90 deg of pitch, as in a crawl).
     """
     w, x, y, z = np.moveaxis(np.asarray(quat, dtype=np.float64), -1, 0)
     norm = np.hypot(w, z)
@@ -110,15 +77,7 @@ def split_heading(quat: Array) -> tuple[Array, Array]:
 
 
 def join_heading(heading: Array, tilt: Array) -> Array:
-    """Inverse of `split_heading`.
-
-    Args:
-        heading: (...) [rad].
-        tilt: (..., 2) [rad].
-
-    Returns:
-        (..., 4) quaternion wxyz.
-    """
+    """Inverse of `split_heading`: heading (...) and tilt (..., 2) [rad] to a quaternion (..., 4) wxyz."""
     heading = np.asarray(heading)
     vector = np.concatenate([tilt, np.zeros((*heading.shape, 1))], axis=-1)
     swing = Rotation.from_rotvec(vector.reshape(-1, 3)).as_quat(scalar_first=True).reshape(*heading.shape, 4)

@@ -1,10 +1,9 @@
-"""Where the posture optimisation should move the COM: a smooth path that never leaves the raw support centre farther away.
+"""Where the posture optimisation should move the COM: a smooth path that is nearer to the support centre in every frame.
 
-The centre of the support polygon jumps by half a step whenever a foot lands or lifts, often from behind the COM to before
-it. A body cannot follow; and a centre smoothed in time pulls the COM away from the raw one around every jump. A COM displaced
-by d is nearer to a centre at e (both seen from where the COM was) exactly if d lies inside the disc about e with its edge
-through 0. So of all paths d(t) that keep within the discs of all frames, that one is taken which is smooth and near the
-raw pull: a convex problem, solved for the whole motion at once. Towards a jump the path returns, and crosses 0 with it.
+The centre of the support polygon jumps by half a step whenever a foot lands or lifts. A body cannot follow, and a centre
+smoothed in time pulls the COM away from the raw one around every jump. A COM displaced by d is nearer to a centre at e
+(both from where the COM was) exactly if d lies inside the disc about e whose edge passes through 0. So the smooth path
+d(t) near the raw pull that keeps within all discs is taken: a convex problem, solved for the whole motion at once.
 """
 
 import numpy as np
@@ -22,19 +21,17 @@ _REPAIR_MARGIN = 0.2  # share of the margin that a repair keeps
 
 
 def smooth_path_in_discs(wanted: Array, centre: Array, radius: Array, tau: float) -> Array:
-    """Path x that minimises sum |x - wanted|^2 + tau^4 sum |second difference of x|^2 with |x - centre| <= radius.
+    """Path x (T, 2) that minimises sum |x - wanted|^2 + tau^4 sum |second difference of x|^2 with |x - centre| <= radius.
 
-    By the alternating direction method of multipliers (Boyd et al. 2011, section 5.2), one banded solve per iteration. Where
-    no two discs disagree the result is `wanted` after a low-pass filter of second order with the time constant tau.
+    By the alternating direction method of multipliers (Boyd et al. 2011, section 5.2), one banded solve per iteration. It
+    stays smooth where it stops early, so it may miss a disc by less than a millimetre. Where no two discs disagree, it is
+    `wanted` after a low-pass filter of second order.
 
     Args:
         wanted: (T, 2) [m].
         centre: (T, 2) [m].
         radius: (T,) [m]; infinite where the path is free.
         tau: time constant [frames].
-
-    Returns:
-        (T, 2); smooth, so it may miss a disc by the part that the iterations leave, below a millimetre.
     """
     n = len(wanted)
     bound = np.isfinite(radius)
@@ -60,15 +57,12 @@ def smooth_path_in_discs(wanted: Array, centre: Array, radius: Array, tau: float
 
 
 def displacement_path(pull: Array, reach: float, tau: float) -> Array:
-    """Smooth displacement of the COM that brings it nearer to the support centre in every frame.
+    """Smooth displacement (T, 2) [m] of the COM, nearer to the support centre in every frame; in flight it dies away.
 
     Args:
         pull: (T, 2) from the COM to the support centre of its frame [m]; NaN in flight.
         reach: longest displacement asked for [m].
         tau: time constant [frames].
-
-    Returns:
-        (T, 2) [m]; in flight, where nothing is wanted, it dies away smoothly.
     """
     distance = np.linalg.norm(np.nan_to_num(pull), axis=1)
     wanted = np.nan_to_num(pull) * np.minimum(1.0, reach / np.maximum(distance, 1e-12))[:, None]
@@ -76,22 +70,19 @@ def displacement_path(pull: Array, reach: float, tau: float) -> Array:
 
 
 def displacement_repair(moved: Array, pull: Array, share: Array, tau: float) -> Array:
-    """Small smooth addition to a displacement that puts it where the COM is nearer to the support centre.
+    """Small smooth addition (T, 2) [m] to a displacement that puts the COM nearer to the support centre; 0 where share is.
 
     Args:
         moved: (T, 2) displacement of the COM [m].
         pull: (T, 2) from the COM before it to the support centre [m]; NaN in flight.
         share: (T,) how much of the posture change is used, 0 to 1.
         tau: time constant [frames].
-
-    Returns:
-        (T, 2) [m]; 0 where share is.
     """
     radius = np.where(share > 0, _radius(pull, share * _REPAIR_MARGIN), np.inf)
     return smooth_path_in_discs(np.zeros_like(moved), pull - moved, radius, tau) * (share > 0)[:, None]
 
 
 def _radius(pull: Array, share: Array) -> Array:
-    """Radii (T,) of discs about the support centres, a margin within the COM's distance; infinite in flight."""
+    """Radii (T,) of the discs, a margin within the COM's distance; infinite in flight."""
     distance = np.linalg.norm(pull, axis=1)
     return np.where(np.isnan(distance), np.inf, distance - share * np.minimum(_MARGIN_M, _MARGIN_SHARE * distance))

@@ -1,8 +1,8 @@
 """Keep supporting feet where they stand: where each foot should be in every frame, then inverse kinematics.
 
-Within a stance the foot may roll from heel to toe as the (blended) motion has it, about points that stay put on the floor: the
-points that carry it. Its heading is kept. What the original motion itself slides within the stance is kept in
-proportion to 1 - weight, so that an unprepared motion comes out unchanged. In between, the correction fades smoothly.
+In a stance the foot may roll from heel to toe as the motion has it, about the points that carry it, which stay put. Its
+heading is kept. What the source itself slides is kept in proportion to 1 - weight, so that an unprepared motion comes
+out unchanged. Between stances the correction fades smoothly.
 """
 
 from dataclasses import dataclass
@@ -40,9 +40,9 @@ class Standing:
     Attributes:
         ease_in: time within which the lowering of the pelvis sets in, where the first frame is given already [s].
         deepest: farthest lowering of the pelvis [m].
-        turning: (T, 2) `foot_heading` of each foot, of which a standing foot keeps every change, as in the pivot of a kick
-            [rad]; None: what the source turns, in proportion to 1 - weight.
-        landing: (T, 2, 4) corrections, as `Planted.corrections`, with which a foot lands that lands in this frame; None: 0.
+        turning: (T, 2) `foot_heading`, of which a standing foot keeps every change, as in the pivot of a kick [rad];
+            None: what the source turns, in proportion to 1 - weight.
+        landing: (T, 2, 4) corrections, as `Planted.corrections`, of a foot that lands in this frame; None: 0.
         yielding: where a joint limit keeps a foot from its place, it turns instead, about the point that carries it.
     """
 
@@ -126,7 +126,7 @@ def plant_feet(
         goal[:, side] = track.ankle + shift
         goal_rotation[:, side] = axis_rotation("z", turn) @ track.rotation
         changed[:, side] = (np.abs(shift).max(axis=1) > _NOTHING) | (np.abs(turn) > _NOTHING)
-    drop = np.minimum(_pelvis_drop(before, rotation, goal, changed, fps, character, settings), standing.deepest)
+    drop = np.minimum(_pelvis_drop(before, goal, changed, fps, character, settings), standing.deepest)
     if standing.ease_in > 0:
         drop *= minimum_jerk(np.arange(len(qpos)) / (standing.ease_in * fps))
     changed |= (drop > _NOTHING)[:, None]
@@ -163,16 +163,9 @@ def plant_feet(
 
 
 def foot_heading(rotation: Array) -> Array:
-    """Turn about the vertical that leaves nothing but a tilt, however steep the foot stands.
+    """Turn of feet (T, ..., 3, 3) about the vertical (swing-twist decomposition): (T, ...) [rad], continuous over T.
 
-    Of its toe's direction little is left on the floor when the heel is high; the turn (swing-twist decomposition) is defined
-    for every tilt but upside down.
-
-    Args:
-        rotation: (T, ..., 3, 3) orientations of feet.
-
-    Returns:
-        (T, ...) continuous over the first axis [rad].
+    It is defined for every tilt but upside down, while the toe's direction on the floor vanishes when the heel is high.
     """
     sine, cosine = rotation[..., 1, 0] - rotation[..., 0, 1], rotation[..., 0, 0] + rotation[..., 1, 1]
     return np.asarray(np.unwrap(np.arctan2(sine, cosine), axis=0))
@@ -181,18 +174,7 @@ def foot_heading(rotation: Array) -> Array:
 def _keep_carrying_points(
     aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, character: Character
 ) -> NDArray[np.bool_]:
-    """Where a joint limit has tilted a foot into the floor, aim so that its lowest point is where it should be: the heel lifts.
-
-    Args:
-        aim: (T, 2, 3) ankles aimed at; changed in place.
-        goal: (T, 2, 3) ankles wanted.
-        goal_rotation: (T, 2, 3, 3) feet wanted.
-        after: what came out.
-        character: whose poses they are.
-
-    Returns:
-        (T, 2) feet to solve again.
-    """
+    """Feet (T, 2) that a joint limit has tilted into the floor; `aim` changes so that their lowest points come right."""
     missed = np.zeros(aim.shape[:2], dtype=bool)
     for side, leg in enumerate(legs(character)):
         wanted = goal[:, side, None] + np.einsum("tij,kj->tki", goal_rotation[:, side], leg.points)  # (T, N, 3)
@@ -208,18 +190,9 @@ def _keep_carrying_points(
 def _yield(
     aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, contacts: NDArray[np.bool_], character: Character
 ) -> NDArray[np.bool_]:
-    """Where a limit keeps a foot from its place, want the orientation that it got, turned about the point that carries.
+    """Feet (T, 2) that a limit keeps from their place; they want the orientation they got, about the carrying point.
 
-    Args:
-        aim: (T, 2, 3) ankles aimed at; changed in place.
-        goal: (T, 2, 3) ankles wanted; changed in place.
-        goal_rotation: (T, 2, 3, 3) feet wanted; changed in place.
-        after: what came out.
-        contacts: (T, 2) supporting feet.
-        character: whose poses they are.
-
-    Returns:
-        (T, 2) feet to solve again.
+    `aim`, `goal` (T, 2, 3) and `goal_rotation` (T, 2, 3, 3) change in place.
     """
     off = np.linalg.norm(after.xpos[:, character.feet] - goal, axis=-1) > _FAR_M
     for side, (leg, foot) in enumerate(zip(legs(character), character.feet)):
@@ -260,7 +233,7 @@ class _Track:
     def rolling(self, turn: Array, pivoting: bool = False) -> Array:
         """(T - 1, 2) ankle displacement per frame that keeps the carrying points in place, the foot turned by `turn`.
 
-        Pivoting, it turns about its toe where that carries, as the feet of the built-in motions do.
+        Pivoting, it turns about its toe where that carries.
         """
         plan = turned(self.points[..., :2], turn[:, None])  # (T, N, 2)
         height = self.points[..., 2] - self.leg.radii
@@ -318,16 +291,15 @@ def _corrections(
     for (landing, left), (landed, stop) in pairwise(edges):
         if landed > left:
             _bridge(value, landing, left, landed, stop, ease)
-    swing = ~contact
+    moved = track.ankle[:, :2] + value[:, :2]
     travel = np.zeros(n)
     for (_, left), (landed, _) in pairwise(runs):
-        a, b = left - 1, landed
-        distance = np.linalg.norm((track.ankle + value[:, :3])[b, :2] - (track.ankle + value[:, :3])[a, :2])
+        distance = np.linalg.norm(moved[landed] - moved[left - 1])
         phase = np.arange(1, landed - left + 1) / (landed - left + 1)
         travel[left:landed] = min(settings.step_clearance, 0.3 * distance) * np.sin(np.pi * phase) ** 2
     sole = track.ankle[:, 2] + track.sole + value[:, 2]
     floor = np.minimum(0.0, height) + weight * travel
-    touched = swing & ((weight > 0) | (np.abs(value).max(axis=1) > _NOTHING))
+    touched = ~contact & ((weight > 0) | (np.abs(value).max(axis=1) > _NOTHING))
     value[:, 2] += np.where(touched, np.maximum(floor - sole, 0.0), 0.0)
     return value
 
@@ -341,19 +313,17 @@ def _pivot(leg: Leg) -> Array:
 
 def _bridge(value: Array, start: int, left: int, landed: int, stop: int, ease: int) -> None:
     """Fill a swing, frames left to landed - 1, so that the corrections at both its ends fade with continuous speed."""
-    n = len(value)
-    count = landed - left
-    length = min(count + 1, ease)
+    length = min(landed - left + 1, ease)
+    frames = np.arange(1, length)
+    share = (frames / length)[:, None]
     if left > 0:
-        held = value[left - 1].copy()
+        held = value[left - 1]
         slope = held - value[left - 2] if left - start >= 2 else np.zeros(4)
-        frames = np.arange(1, min(length, count + 1))
-        value[left + frames - 1] += dying_away((frames / length)[:, None], held, slope * length)
-    if landed < n:
-        held = value[landed].copy()
+        value[left + frames - 1] += dying_away(share, held, slope * length)
+    if landed < len(value):
+        held = value[landed]
         slope = held - value[landed + 1] if stop - landed >= 2 else np.zeros(4)
-        frames = np.arange(1, min(length, count + 1))
-        value[landed - frames] += dying_away((frames / length)[:, None], held, slope * length)
+        value[landed - frames] += dying_away(share, held, slope * length)
 
 
 def _from_zero(steps: Array) -> Array:
@@ -362,7 +332,6 @@ def _from_zero(steps: Array) -> Array:
 
 def _pelvis_drop(
     before: Kinematics,
-    rotation: Array,
     goal: Array,
     changed: NDArray[np.bool_],
     fps: float,

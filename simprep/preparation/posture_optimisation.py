@@ -1,8 +1,4 @@
-"""Posture optimisation: the upper body moves so that the COM comes over its support (paper, section 5.3, Eq. 6-10).
-
-Frame by frame, the cost of `simprep.preparation.posture_problem` is minimised. The descent starts from the blended posture, or
-from it plus the change of the previous frame where that costs less.
-"""
+"""Posture optimisation: the upper body moves so that the COM comes over its support (paper, section 5.3, Eq. 6-10)."""
 
 from dataclasses import dataclass
 
@@ -28,8 +24,8 @@ class OptimisedPostures:
 
     Attributes:
         qpos: (T, nq).
-        before: (T, 4) costs C_b, C_s, C_m, C of the blended posture after the optimised ones of the two frames before; NaN where
-            the optimisation was skipped.
+        before: (T, 4) costs C_b, C_s, C_m, C of the blended posture after the optimised ones of the two frames before; NaN
+            where the optimisation was skipped.
         after: (T, 4) costs of the result.
         steps: (T,) descent steps taken.
         goals: (T, 2) where C_b wanted the COM on the floor [m]; NaN where it was left out.
@@ -54,14 +50,14 @@ def optimise_postures(
 ) -> OptimisedPostures:
     """Optimise the balancing joints frame by frame; root and all others stay exactly as they are.
 
-    With `support_smoothing` above 0, C_b draws the COM along a smooth path that comes nearer to the support centre in every
-    frame (`com_path`), and where the smoothing of the postures has led the COM farther away, it is put back. With 0, C_b
-    draws it to the support centre, and is left out in flight.
+    Each descent starts from the blended posture, or from it plus the change of the previous frame where that costs less.
+    With `support_smoothing` above 0, C_b draws the COM along a smooth path (`com_path`), and where smoothing the postures
+    has led the COM farther from the support centre, it is put back. With 0, C_b draws it to the support centre.
 
     Args:
         qpos: (T, nq) blended postures.
         com: (T, 3) their COM [m].
-        centres: (T, 2) support centres [m]; NaN in flight.
+        centres: (T, 2) support centres [m]; NaN in flight, where C_b is left out with `support_smoothing` 0.
         share: (T,) how much of the change is used, 0 (skipped) to 1.
         fps: frames per second [1/s].
         character: whose poses they are; its `balancing` joints move.
@@ -117,7 +113,7 @@ def optimise_postures(
 
 
 def _repair(problem: PostureProblem, qpos: Array, com: Array, centres: Array, share: Array, fps: float) -> None:
-    """Change postures in place so that the COM is nearer to the support centre than `com`, by the least hinge changes."""
+    """Change postures in place, as little as needed, so that the COM is nearer to the support centre than `com`."""
     pull = centres - com
     moved = np.zeros_like(com)
     active = np.flatnonzero(share > 0)

@@ -1,9 +1,8 @@
 """The cost that posture optimisation minimises, and its descent, one frame at a time (paper, section 5.3, Eq. 6-10).
 
-The cost is a sum of norms. Its gradient is analytic, through MuJoCo's body Jacobians. Each step goes along the gradient
-divided by the Gauss-Newton matrix of the norms (each norm replaced by the parabola that touches it from above), halved until
-the cost falls: still descent with at most 10 steps, but it gets to the optimum in them, which plain gradient descent does
-not.
+The cost is a sum of norms with an analytic gradient, through MuJoCo's body Jacobians. Each step goes along the gradient
+divided by the Gauss-Newton matrix of the norms (each replaced by the parabola that touches it from above), halved until
+the cost falls: it gets to the optimum in 10 steps, which plain gradient descent does not.
 """
 
 from dataclasses import dataclass
@@ -47,20 +46,17 @@ class PostureFrame:
     Attributes:
         qpos: (nq,) blended posture.
         hinges: (K,) its balancing hinges [rad].
-        blended: (M, 3) its body centres, of the bodies that move [m].
         com_fixed: (2,) part of the bodies that do not move in the COM on the floor [m].
         centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
-        expected: (M, 3) body centres that continue the two frames before in a straight line [m]; None leaves out C_m.
         fixed_smoothness: part of the bodies that do not move in the sum of C_m [m per frame squared].
-        anchors: (1, M, 3) `blended`, or (2, M, 3) with `expected` after it.
+        anchors: (1, M, 3) body centres of the blended posture, of the bodies that move [m]; or (2, M, 3), followed by
+            those that continue the two frames before in a straight line, for C_m.
     """
 
     qpos: Array
     hinges: Array
-    blended: Array
     com_fixed: Array
     centre: Array | None
-    expected: Array | None
     fixed_smoothness: float
     anchors: Array
 
@@ -108,27 +104,24 @@ class PostureProblem:
 
         Args:
             qpos: (nq,) blended posture.
-            centre: (2,) support centre, or where else C_b wants the COM on the floor [m]; None leaves out C_b.
+            centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
             last: (segments, 3) optimised body centres one frame earlier [m]; None leaves out C_m.
             before_last: (segments, 3) two frames earlier.
         """
         centres = self.centres_of(qpos)
-        expected: Array | None = None
+        anchors = [centres[self._moved]]
         fixed_smoothness = 0.0
         if last is not None and before_last is not None:
             straight_on = 2 * last - before_last
-            expected = straight_on[self._moved]
+            anchors.append(straight_on[self._moved])
             fixed_smoothness = float(self._norm(centres[self._fixed] - straight_on[self._fixed]).sum())
-        blended = centres[self._moved]
         return PostureFrame(
             qpos=np.array(qpos),
             hinges=np.array(qpos[self.columns]),
-            blended=blended,
             com_fixed=self._share[self._fixed] @ centres[self._fixed, :2],
             centre=centre,
-            expected=expected,
             fixed_smoothness=fixed_smoothness,
-            anchors=np.stack([blended] if expected is None else [blended, expected]),
+            anchors=np.stack(anchors),
         )
 
     def _norm(self, difference: Array) -> Array:
@@ -183,16 +176,7 @@ class PostureProblem:
         return Costs(balance, style, smoothness, total)
 
     def gradient(self, frame: PostureFrame, hinges: Array) -> tuple[Array, Array]:
-        """Gradient of a frame's total cost and the Gauss-Newton matrix of its norms.
-
-        Args:
-            frame: the frame.
-            hinges: (K,) [rad].
-
-        Returns:
-            gradient: (K,) [m/rad].
-            curvature: (K, K) positive semidefinite [m/rad^2].
-        """
+        """Gradient (K,) [m/rad] of a frame's cost at (K,) hinges [rad], and the (K, K) Gauss-Newton matrix [m/rad^2]."""
         self._pose(frame, hinges)
         return self._gradient_here(frame, hinges)
 
@@ -222,11 +206,7 @@ class PostureProblem:
         return gradient, curvature
 
     def minimise(self, frame: PostureFrame, start: Array) -> tuple[Array, int]:
-        """Descend from a posture, within the joint limits, in at most `settings.max_steps` steps.
-
-        Args:
-            frame: the frame.
-            start: (K,) hinges, within their limits.
+        """Descend from (K,) hinges, within the joint limits, in at most `settings.max_steps` steps.
 
         Returns:
             The hinges, of no higher cost than the start; and the steps taken.

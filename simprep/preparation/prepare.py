@@ -11,6 +11,7 @@ from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.support import polygons
 from simprep.preparation.blending import split_heading
+from simprep.preparation.posture_optimisation import OptimisedPostures
 from simprep.preparation.reference_posture import ReferencePosture, reference_posture
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 from simprep.preparation.synthesis import Locomotion, Style, synthesise
@@ -66,8 +67,7 @@ class Preparation:
     """A prepared locomotion.
 
     Attributes:
-        motion: the motion. Its contacts are those of the locomotion, and those of feet that rest on the floor because the
-            preparation has taken their swing away.
+        motion: its contacts are those of the locomotion and of feet that rest as the preparation has taken their swing away.
         record: what happened in every frame.
     """
 
@@ -84,7 +84,7 @@ def prepare(
     duration: float | None = None,
     optimise: bool = True,
 ) -> Preparation:
-    """Synthesise locomotion that prepares for a target motion.
+    """Synthesise locomotion, at its own frame rate, that prepares for a target motion.
 
     Args:
         locomotion: what the character does meanwhile; a loop is repeated as often as needed.
@@ -93,9 +93,6 @@ def prepare(
         settings: every constant; the defaults are the paper's.
         duration: length of the output [s], for a constant alpha; None for the whole locomotion (one cycle of a loop).
         optimise: whether to run the posture optimisation.
-
-    Returns:
-        The motion, at the locomotion's frame rate, and the record.
 
     Raises:
         MotionError: no marked target movement, different bodies, or a locomotion that is too short and no loop.
@@ -115,11 +112,13 @@ def prepare(
     result = synthesise(
         Locomotion(source.qpos, source.contacts, trend, source.fps, source.character), style, level, settings, optimise
     )
-    qpos, optimised = result.qpos, result.optimised
-    com = com_before = result.kinematics.com
-    if optimised is not None:
+    qpos, com, n = result.qpos, result.kinematics.com, len(level)
+    if result.optimised is not None:
         com = forward_kinematics(qpos, source.character).com
-    costs = np.full((2, len(qpos), 4), np.nan)
+    missing = np.full((n, 4), np.nan)
+    optimised = result.optimised or OptimisedPostures(
+        qpos, missing, missing, np.zeros(n, dtype=np.int64), np.full((n, 2), np.nan)
+    )
     motion = replace(
         source,
         qpos=qpos,
@@ -133,14 +132,14 @@ def prepare(
         alpha=level,
         root_weight=result.root_weight,
         weights=result.weights,
-        costs_before=costs[0] if optimised is None else optimised.before,
-        costs_after=costs[1] if optimised is None else optimised.after,
-        steps=np.zeros(len(qpos), dtype=np.int64) if optimised is None else optimised.steps,
-        com_before=com_before,
+        costs_before=optimised.before,
+        costs_after=optimised.after,
+        steps=optimised.steps,
+        com_before=result.kinematics.com,
         com=com,
         support=tuple(polygons(*result.support)),
         centre=result.centre,
-        goal=np.full((len(qpos), 2), np.nan) if optimised is None else optimised.goals,
+        goal=optimised.goals,
         locomotion_contacts=source.contacts,
         foot_error=result.foot_error,
         pelvis_drop=result.pelvis_drop,

@@ -63,10 +63,6 @@ def reference_posture(target: Motion, settings: PreparationSettings = DEFAULT_SE
     (positions relative to the root, in its heading) differ from those of T_0 by a sum of squares of at most
     `settings.leg_threshold`; T_0 if there is none.
 
-    Args:
-        target: a target motion with the event `target`.
-        settings: the threshold.
-
     Raises:
         MotionError: the first frame of the target movement is not marked.
     """

@@ -89,9 +89,9 @@ def build_scenario(
 ) -> ScenarioResult:
     """Locomotion while the level of preparation rises, held, then the target, in one of four arms.
 
-    All arms share timing, launch frame, entry frame of the target and transition:
-    `none` walks on unprepared (a plain motion-graph transition), `traditional` blends every joint with the one weight alpha,
-    `blended` is the preparation without posture optimisation, `optimised` the one with it.
+    All share timing, launch frame, entry frame of the target and transition. `none` walks on unprepared (a plain motion-graph
+    transition), `traditional` blends every joint with the one weight alpha, `blended` is the preparation without posture
+    optimisation, `optimised` the one with it.
 
     Args:
         locomotion: a loop, or a clip long enough.

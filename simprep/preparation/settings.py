@@ -14,38 +14,33 @@ class PreparationSettings:
     """Constants of "Natural preparation behavior synthesis" (2013), called the paper here, and of our additions.
 
     Attributes:
-        curve: blending curve of Eq. 1. `described` is the mirror image of the printed formula and does what the paper
-            describes and shows (arms first); `printed` is the formula as printed (arms last); `linear` uses one weight
-            for every joint, w = alpha: traditional blending, the baseline of Fig. 6.
+        curve: blending curve of Eq. 1. `described` is what the paper describes and shows (arms first), the mirror image of
+            the `printed` formula (arms last); `linear` uses one weight for every joint, w = alpha: traditional blending,
+            the baseline of Fig. 6.
         curvature_lower: C of the root and the hinges of the lower body (paper: 1.0, a straight line).
         curvature_upper: C of the hinges of the upper body (paper: 0.5).
-        curvature: C of single hinges by name, or of `root`; overrides the two above. Blending refuses one that the character
-            lacks.
-        leg_threshold: largest sum of squared differences of the leg joints' positions (hips, knees, ankles, relative to
-            the root, in its heading) between a reference posture and the first frame of the target [m^2]. The
-            paper gives no value; 0.05 is reached when both knees and both ankles have moved by 11 cm.
-        root_height: `mean` is Eq. 5: the root moves against the mean height change of both feet. `support` (default)
-            takes the lowest sole point of the supporting feet instead, so a fully prepared character does not bob with
-            the swing foot of the locomotion.
+        curvature: C of single hinges by name, or of `root`; overrides the two above.
+        leg_threshold: largest sum of squared differences of the leg joints' positions (hips, knees, ankles, relative to the
+            root, in its heading) between a reference posture and the target's first frame [m^2]. The paper gives no value;
+            0.05 is reached when both knees and both ankles have moved by 11 cm.
+        root_height: `mean` is Eq. 5: the root moves against the mean height change of both feet. `support` (default) takes
+            the lowest sole point of the supporting feet, so a fully prepared character does not bob with the swing foot.
         balance_weight: weight of the balance cost C_b, Eq. 10 (paper: 2.0).
         style_weight: weight of the style cost C_s, Eq. 10 (paper: 1.0).
-        smoothness_weight: weight of the smoothness cost C_m, Eq. 10 (paper: 0.25). C_m is in metres per frame squared, so
-            it falls with the square of the frame rate; the paper's rate is not stated.
-        joint_weight: weight of a term of ours in the minimised cost, half the sum of squared hinge changes [m/rad^2].
-            C_s sees body centres only, so without it wrists, forearms and upper arms spin freely to gain a millimetre:
-            4 times the joint accelerations, for a cost that is 5 to 9 % lower; 0 for the paper's cost.
-        max_steps: most descent steps per frame (paper: 10): the knob between quality and computing time.
+        smoothness_weight: weight of the smoothness cost C_m, Eq. 10 (paper: 0.25). C_m is in metres per frame squared: it
+            falls with the square of the frame rate, which the paper does not state.
+        joint_weight: weight of half the sum of squared hinge changes in the cost [m/rad^2], an addition of ours; 0 for the
+            paper's. C_s sees body centres only: without it the hinges of the arms spin freely to gain a millimetre.
+        max_steps: most descent steps per frame (paper: 10).
         threshold: posture optimisation is skipped below this level of preparation (paper: 0.3).
         threshold_ramp: time over which the posture change is eased in after alpha has passed `threshold`, and out before it
             falls below [s]; 0 for the paper's hard switch, at which the body jumps.
-        support_smoothing: time constant of the path along which C_b draws the COM [s]. The support centre jumps by half a
-            step when a foot lands or lifts; the path is smooth and yet nearer to the centre in every frame (`com_path`).
-            Longer means calmer and less near. 0 for the paper: to the raw centre, and the upper body jumps with it, at
-            80 to 120 times the joint accelerations.
-        com_reach: longest displacement of the COM that the path asks for [m]: at 0.08 a walking trunk leans by 5 to 15 degrees on
-            average and at most 28. Without effect where `support_smoothing` is 0.
-        change_smoothing: standard deviation of the Gaussian in time over the posture change [s]: frame by frame, the optimum
-            has kinks, at 4 times the joint accelerations; 0 for the paper's.
+        support_smoothing: time constant of the path along which C_b draws the COM (`com_path`) [s]; longer means calmer and
+            less near. 0 for the paper: to the raw support centre, and the upper body jumps with it at every step.
+        com_reach: longest displacement of the COM that the path asks for [m]: at 0.08 a walking trunk leans by 5 to 15
+            degrees on average and at most 28. Without effect where `support_smoothing` is 0.
+        change_smoothing: standard deviation of the Gaussian in time over the posture change [s], as the optimum has kinks
+            from frame to frame; 0 for the paper's.
         smooth_norm: the costs' norms are sqrt(|r|^2 + s^2) - s with this s [m], as their gradient does not exist at 0.
         foot_ease: longest time over which a foot correction fades in before touch-down and out after lift-off [s].
         step_clearance: least mid-swing clearance of a foot at full preparation that has to travel [m].

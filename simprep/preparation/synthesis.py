@@ -1,7 +1,7 @@
 """The synthesis itself, on arrays: locomotion, style and level of preparation per frame in, prepared poses out.
 
-`simprep.preparation.prepare` runs it on a whole clip; the run-time controller on a window that moves along, one action after
-the other, and hands the `Seam` of one window to the next, so that feet stay planted and the root goes on where it was.
+`simprep.preparation.prepare` runs it on a whole clip; the run-time controller on a window that moves along. The `Seam` of
+one window is handed to the next, so that feet stay planted and the root goes on where it was.
 """
 
 from dataclasses import dataclass, field
@@ -14,11 +14,11 @@ from simprep.motion.contacts import stances
 from simprep.motion.curves import smooth_step
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.support import support_centre, support_points
-from simprep.preparation.blending import blend_hinges, joint_weights
+from simprep.preparation.blending import joint_weights
 from simprep.preparation.planting import plant_feet
 from simprep.preparation.posture_optimisation import OptimisedPostures, optimise_postures
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
-from simprep.preparation.trajectory import blend_root, mean_root_height, support_root_height, support_share
+from simprep.preparation.trajectory import blend_root, support_share
 
 Array = NDArray[np.float64]
 
@@ -133,8 +133,7 @@ def synthesise(
         optimise: whether to run the posture optimisation; without effect where the character has no `balancing` joints.
         start: state at the first frame, where this goes on from an earlier window.
         measure: whether to give the costs of the optimisation.
-        share: () or (T,) factor on every blending weight, 0 to 1: the probability that there will be a target at all. Of all
-            mixtures of locomotion and style it is the one with the least expected squared distance (see
+        share: () or (T,) factor on every blending weight, 0 to 1: the probability that there will be a target at all (see
             `simprep.controller.influence`).
     """
     start = start or Seam()
@@ -144,28 +143,26 @@ def synthesise(
         root_weight, weights = root_weight * share, weights * np.reshape(share, (-1, 1))
     kinematics = forward_kinematics(source, character)
     qpos = source.copy()
-    qpos[:, 7:] = blend_hinges(source[:, 7:], style.qpos[..., 7:], weights)
-    path = blend_root(
-        source[:, :7], style.qpos[..., :7], root_weight, locomotion.trend, (start.lag, np.asarray(start.lost))
-    )
+    qpos[:, 7:] = (1 - weights) * source[:, 7:] + weights * style.qpos[..., 7:]  # Eq. 2
+    path = blend_root(source[:, :7], style.qpos[..., :7], root_weight, locomotion.trend, (start.lag, start.lost))
     qpos[:, :2], qpos[:, 3:7] = path.position, path.quat
     touched = (root_weight > 0) | (weights > 0).any(axis=1)
     contacts = locomotion.contacts
     foot_error, drop, feet = np.zeros((len(qpos), 2)), np.zeros(len(qpos)), np.zeros((len(qpos), 2, 4))
     if touched.any() or np.any(start.feet):
         blended = forward_kinematics(qpos, character)  # at the locomotion's root height
-        if settings.root_height == "mean":
+        if settings.root_height == "mean":  # Eq. 5
             heights = np.s_[:, character.feet, 2]
-            before = kinematics.xpos[heights] - source[:, 2:3]
-            height = mean_root_height(source[:, 2], before, blended.xpos[heights] - source[:, 2:3])
-        else:
+            before, after = kinematics.xpos[heights] - source[:, 2:3], blended.xpos[heights] - source[:, 2:3]
+            height = source[:, 2] - (after - before).mean(axis=1)
+        else:  # the lowest point of each sole, and the supporting foot, instead of the mean of both feet
             sole = kinematics.foot_points[..., 2].min(axis=2)
             sole_goal = (1 - root_weight)[:, None] * sole + root_weight[:, None] * style.sole_height
             soles_after = blended.foot_points[..., 2].min(axis=2) - source[:, 2:3]
-            height = support_root_height(sole_goal, soles_after, support_share(contacts, fps))
+            height = (support_share(contacts, fps) * (sole_goal - soles_after)).sum(axis=1)
         qpos[:, 2] = np.where(touched, height, source[:, 2])
         planted = plant_feet(
-            qpos, kinematics, contacts, root_weight, style.sole_height, fps, character, settings, np.asarray(start.feet)
+            qpos, kinematics, contacts, root_weight, style.sole_height, fps, character, settings, start.feet
         )
         qpos, kinematics = planted.qpos, planted.kinematics
         foot_error, drop, feet = planted.foot_error, planted.pelvis_drop, planted.corrections
@@ -188,16 +185,7 @@ def synthesise(
 
 
 def change_share(alpha: Array, fps: float, settings: PreparationSettings = DEFAULT_SETTINGS) -> Array:
-    """How much of the posture change is used at each level of preparation.
-
-    Args:
-        alpha: (T,).
-        fps: frames per second [1/s].
-        settings: threshold and ramp.
-
-    Returns:
-        (T,) 0 below the threshold; above it, smoothly rising and falling in time where alpha passes the threshold.
-    """
+    """Share (T,) of the posture change that is used at (T,) levels of preparation: 0 below the threshold, eased in time above."""
     share = np.zeros(len(alpha))
     ramp = settings.threshold_ramp * fps
     for first, after in stances(np.asarray(alpha >= settings.threshold)):
@@ -210,7 +198,7 @@ def change_share(alpha: Array, fps: float, settings: PreparationSettings = DEFAU
 
 
 def resting_feet(foot_points: Array, weight: Array, style: Style, fps: float) -> NDArray[np.bool_]:
-    """Feet that rest on the floor although the locomotion has them in the air, since blending has taken their swing away.
+    """Feet (T, 2) that rest on the floor where the locomotion has them in the air, as blending has taken their swing away.
 
     A foot rests where it supports in the reference posture too, and its lowest point is within 1 cm of the height it has
     there and slower than 0.1 m/s, for at least 0.1 s.
@@ -220,9 +208,6 @@ def resting_feet(foot_points: Array, weight: Array, style: Style, fps: float) ->
         weight: (T,) blending weight of the root.
         style: what is prepared for.
         fps: frames per second [1/s].
-
-    Returns:
-        (T, 2).
     """
     resting = np.zeros(foot_points.shape[:2], dtype=bool)
     if len(foot_points) < 2:

@@ -32,16 +32,13 @@ class RootPath:
 
 
 def heading_trend(heading: Array, fps: float, cycle: tuple[int, float] | None = None) -> Array:
-    """Heading without the turning of the pelvis to and fro at every step.
+    """Heading (T,) [rad] without the turning of the pelvis to and fro at every step.
 
     Args:
         heading: (T,) unwrapped heading of the root [rad].
         fps: frames per second [1/s].
-        cycle: for a repeated loop, its length in frames and the turn per cycle [rad]: then the trend is exact. Otherwise a moving
-            average over about a stride, 1.2 s.
-
-    Returns:
-        (T,) [rad].
+        cycle: length [frames] and turn [rad] of a repeated loop, for which the trend is exact; None: a moving average over
+            about a stride, 1.2 s.
     """
     if cycle is not None and len(heading) >= cycle[0]:
         frames, turn = cycle
@@ -57,22 +54,18 @@ def blend_root(
     trend: Array,
     start: tuple[float, Array] = (0.0, np.zeros(2)),
 ) -> RootPath:
-    """Blend the root's tilt and slow down its travel and turning.
+    """Blend the root's tilt and slow down its travel and turning; exactly the locomotion up to the first weight above 0.
 
     The tilt (roll and pitch in the heading's frame) is blended like any joint (Eq. 2). The displacement per frame on the
-    floor is scaled by 1 - w (Eq. 3-4), and so is the turn per frame, which the paper does not say: the heading never
-    moves towards that of the reference posture, which is arbitrary, and a fully prepared character does not turn on its
-    planted feet. A turning walk keeps its path: half the step, half the turn.
+    floor is scaled by 1 - w (Eq. 3-4), and so is the turn per frame, which the paper does not say: a fully prepared
+    character does not turn on its planted feet. A turning walk keeps its path: half the step, half the turn.
 
     Args:
         locomotion: (T, 7) root of the locomotion: position [m] and quaternion wxyz.
-        reference: (7,) root of the reference posture, or (T, 7).
+        reference: (7,) root of the reference posture, or (T, 7); its heading has no effect.
         weight: (T,) blending weight of the root.
-        trend: (T,) heading without the turning of the pelvis to and fro, see `heading_trend` [rad].
+        trend: (T,) `heading_trend` [rad].
         start: heading [rad] and travel (2,) [m] lost before the first frame, where this goes on from an earlier path.
-
-    Returns:
-        The root path; exactly that of the locomotion up to the first frame with a weight above 0.
     """
     heading, tilt = split_heading(locomotion[:, 3:7])
     heading = np.unwrap(heading)
@@ -92,46 +85,12 @@ def blend_root(
 
 
 def support_share(contacts: NDArray[np.bool_], fps: float, smoothing: float = 0.05) -> Array:
-    """How much each foot decides the root height: contact flags, smoothed in time, adding up to 1.
+    """How much each foot decides the root height (T, 2): its contacts, smoothed in time; they add up to 1, halves in flight.
 
     Args:
         contacts: (T, 2).
         fps: frames per second [1/s].
         smoothing: standard deviation of the Gaussian [s].
-
-    Returns:
-        (T, 2); one half each in flight.
     """
     share = gaussian_filter1d(contacts.astype(np.float64), smoothing * fps, axis=0, mode="nearest") + 1e-3
     return np.asarray(share / share.sum(axis=1, keepdims=True))
-
-
-def mean_root_height(locomotion: Array, feet_before: Array, feet_after: Array) -> Array:
-    """Root height against the mean height change of both feet (paper, Eq. 5).
-
-    Args:
-        locomotion: (T,) root height [m].
-        feet_before: (T, 2) heights of the feet relative to the root in the locomotion [m].
-        feet_after: (T, 2) the same after blending the joint angles.
-
-    Returns:
-        (T,) [m].
-    """
-    return np.asarray(locomotion - (feet_after - feet_before).mean(axis=1))
-
-
-def support_root_height(goal: Array, soles_after: Array, share: Array) -> Array:
-    """Root height that puts the soles of the supporting feet at their goal heights.
-
-    Eq. 5 with two changes: the lowest point of each sole stands for the foot, and the supporting foot counts, not the mean of
-    both. Eq. 5 makes a fully prepared character bob, since the swing foot of the locomotion still enters.
-
-    Args:
-        goal: (T, 2) wanted height of the lowest sole point of each foot [m].
-        soles_after: (T, 2) its height relative to the root in the blended posture [m].
-        share: (T, 2) from `support_share`.
-
-    Returns:
-        (T,) [m].
-    """
-    return np.asarray((share * (goal - soles_after)).sum(axis=1))

@@ -1,7 +1,7 @@
 """From the approach into the target: a motion-graph transition, the same for every way of preparing.
 
-The target is entered at its reference posture, placed so that the planted feet fit, and reached by letting the difference in
-pose and velocity die away over a short window (inertialisation); planted feet stay put by inverse kinematics.
+The target is entered at its reference posture, placed so that the planted feet fit. The difference in pose and velocity
+dies away over a short window (inertialisation); planted feet stay put by inverse kinematics.
 """
 
 from dataclasses import dataclass, replace
@@ -48,7 +48,7 @@ def launch(
     window: float = DEFAULT_WINDOW_S,
     settings: PreparationSettings = DEFAULT_SETTINGS,
 ) -> Motion:
-    """Play an approach, and from one of its frames on the target.
+    """Play an approach, and from one of its frames on the target; the event `launch` marks the target's first frame.
 
     Args:
         approach: motion with at least one frame after `frame` (for its velocity there).
@@ -57,9 +57,6 @@ def launch(
         entry: frame of the target with which it is entered.
         window: time over which the difference between the two dies away [s].
         settings: for the planted feet.
-
-    Returns:
-        The whole motion, with the event `launch` at the target's first frame, and the target's and approach's own events.
 
     Raises:
         MotionError: different bodies or frame rates, or a frame outside its motion.
@@ -77,9 +74,9 @@ def launch(
         raise SettingError(f"transition window {window} s; valid: above 0")
     standing = forward_kinematics(approach.qpos[frame : frame + 1], approach.character)
     placed = _place(target, entry, approach, frame, standing)
-    qpos, weight = _inertialise(_state(approach, frame), placed, entry, max(2, round(window * approach.fps)))
-    contacts = placed.contacts[entry:].copy()
     landing = max(2, round(window * approach.fps))
+    qpos, weight = _inertialise(_state(approach, frame), placed, entry, landing)
+    contacts = placed.contacts[entry:].copy()
     for side in (0, 1):
         if not approach.contacts[frame, side]:  # in the air at the launch: it lands when the two motions agree
             contacts[:landing, side] = False
@@ -107,17 +104,10 @@ def launch(
 
 
 def launch_frame(locomotion: Motion, first: int, after: int, target: Motion, entry: int) -> int:
-    """Frame of a locomotion from which a target is best entered.
+    """Frame of a locomotion, `first` to `after` - 1, from which a target at its frame rate is best entered at frame `entry`.
 
     Among the frames whose foot contacts equal those of the target's entry (all frames, if none do), the one whose body
     positions (relative to the root on the floor, in its heading) and velocities are nearest.
-
-    Args:
-        locomotion: frames to choose from.
-        first: first candidate.
-        after: frame after the last candidate.
-        target: at the same frame rate.
-        entry: frame of the target with which it is entered.
     """
     candidates = np.arange(first, after)
     pose, velocity = local_state(locomotion)
@@ -134,13 +124,9 @@ def launch_frame(locomotion: Motion, first: int, after: int, target: Motion, ent
 
 
 def local_state(motion: Motion) -> tuple[Array, Array]:
-    """Body positions and velocities aligned in plan and heading, so that poses anywhere on the floor compare.
+    """Body positions [m] and velocities [m/s] in the axes of the root's heading, so that poses anywhere on the floor compare.
 
-    Args:
-        motion: the motion.
-
-    Returns:
-        Positions (T, segments, 3) relative to the root on the floor, in the axes of its heading [m]; velocities in the same axes [m/s].
+    Both are (T, segments, 3); the positions are relative to the root on the floor.
     """
     positions = forward_kinematics(motion.qpos, motion.character).xpos
     heading, _ = split_heading(motion.qpos[:, 3:7])
@@ -168,27 +154,18 @@ def _place(target: Motion, entry: int, approach: Motion, frame: int, standing: K
 def _state(motion: Motion, frame: int) -> _State:
     before, after = max(frame - 1, 0), min(frame + 1, len(motion) - 1)
     span = max(after - before, 1)
-    a, b = motion.qpos[before], motion.qpos[after]
-    step = np.concatenate([b[:3] - a[:3], rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]]) / span
-    return _State(motion.qpos[frame], step)
+    return _State(motion.qpos[frame], _difference(motion.qpos[before], motion.qpos[after]) / span)
+
+
+def _difference(a: Array, b: Array) -> Array:
+    return np.concatenate([b[:3] - a[:3], rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]])
 
 
 def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tuple[Array, Array]:
-    """Target poses from `entry` on, plus an offset that starts as the approach's pose and velocity and dies away.
-
-    Returns:
-        qpos: (T, nq), the first equal to the approach's pose.
-        weight: (T,) how much of the offset is left, 1 to 0.
-    """
+    """Target poses (T, nq) from `entry` on, led in from the approach's pose and velocity; what is left of the offset (T,)."""
     qpos = target.qpos[entry:].copy()
     own = _state(target, entry)
-    offset = np.concatenate(
-        [
-            state.qpos[:3] - own.qpos[:3],
-            rotation_between(own.qpos[3:7], state.qpos[3:7]),
-            state.qpos[7:] - own.qpos[7:],
-        ]
-    )
+    offset = _difference(own.qpos, state.qpos)
     slope = (state.step - own.step) * frames
     x = np.minimum(np.arange(len(qpos)) / frames, 1.0)[:, None]
     left = (1 + 2 * x) * (1 - x) ** 2

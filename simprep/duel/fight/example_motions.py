@@ -20,7 +20,7 @@ from simprep.duel.model.transition_model import DuelModel
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError
 from simprep.motion.kinematics import forward_kinematics
-from simprep.motion.rotations import rotation_matrix
+from simprep.motion.rotations import continuous_quat, rotation_matrix
 from simprep.preparation.planting import foot_heading
 
 FloatArray = NDArray[np.float64]
@@ -237,9 +237,7 @@ def _smooth(qpos: FloatArray, fps: float, bounds: IntArray) -> FloatArray:
     out = qpos.copy()
     for first, after in bounds:
         part = out[first:after]
-        quat = part[:, 3:7]
-        flips = np.cumprod(np.append(1.0, np.where((quat[1:] * quat[:-1]).sum(axis=1) < 0, -1.0, 1.0)))
-        part[:, 3:7] = quat * flips[:, None]
+        part[:, 3:7] = continuous_quat(part[:, 3:7])
         reach = min(int(np.ceil(4 * SMOOTHING_S * fps)), len(part) - 1)
         if reach < 1:
             continue

@@ -25,6 +25,7 @@ from simprep.library.parts.posture import trunk_rotation
 from simprep.library.parts.whole_body import JointSwing, Plan, follow_com
 from simprep.motion.curves import key_curve, minimum_jerk
 from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.rotations import continuous_quat
 
 FloatArray = NDArray[np.float64]
 GUARD_M = 0.93
@@ -179,8 +180,7 @@ def _solve(plan: Plan, com: FloatArray) -> tuple[FloatArray, FloatArray, FloatAr
     character = plan.character
     qpos = np.zeros((len(com), character.nq))
     quat = Rotation.from_matrix(plan.root_rotation).as_quat(scalar_first=True)
-    flips = np.cumprod(np.concatenate([[1.0], np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0)]))
-    qpos[:, 3:7] = quat * flips[:, None]
+    qpos[:, 3:7] = continuous_quat(quat)
     qpos[:, 7:] = plan.hinges
     qpos[:, :3] = com - [0.0, 0.0, 0.06]
     follow_com(plan, qpos, com, TOLERANCE_M, PASSES)

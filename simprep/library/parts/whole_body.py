@@ -12,7 +12,7 @@ from simprep.humanoid import humanoid
 from simprep.library.parts.balance import cart_table_zmp, com_from_zmp, ground_reaction, later_period
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.limb_ik import legs, solve_leg
-from simprep.motion.rotations import multiply_quat
+from simprep.motion.rotations import continuous_quat, multiply_quat
 from simprep.motion.turns import about_vertical
 
 
@@ -90,8 +90,7 @@ def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
     """
     qpos = np.zeros((len(plan.zmp), plan.character.nq))
     quat = Rotation.from_matrix(plan.root_rotation).as_quat(scalar_first=True)
-    flips = np.cumprod(np.concatenate([[1.0], np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0)]))
-    qpos[:, 3:7] = quat * flips[:, None]
+    qpos[:, 3:7] = continuous_quat(quat)
     qpos[:, 7:] = plan.hinges
     limb_part = np.zeros_like(plan.zmp)
     for _ in range(plan.passes + 1):

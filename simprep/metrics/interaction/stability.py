@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from simprep.character import Character
 from simprep.metrics.smoothing import DYNAMICS_SIGMA_S, EDGE_S, gaussian_derivatives
-from simprep.motion.rotations import multiply_quat, rotation_matrix
+from simprep.motion.rotations import continuous_quat, multiply_quat, rotation_matrix
 
 FloatArray = NDArray[np.float64]
 MEASURED = ("pelvis", "thorax")
@@ -45,9 +45,7 @@ def tilt_rate(quat: FloatArray, fps: float) -> FloatArray:
         quat: (T, 4) orientations of a body, wxyz.
         fps: frames per second [1/s].
     """
-    flips = np.where(np.sum(quat[1:] * quat[:-1], axis=1) < 0, -1.0, 1.0)
-    joined = quat * np.concatenate([[1.0], np.cumprod(flips)])[:, None]  # q and -q are one rotation
-    times, (value, rate) = gaussian_derivatives(joined, fps, (0, 1), sigma=DYNAMICS_SIGMA_S)
+    times, (value, rate) = gaussian_derivatives(continuous_quat(quat), fps, (0, 1), sigma=DYNAMICS_SIGMA_S)
     conjugate = value * [1.0, -1.0, -1.0, -1.0]
     omega = 2 * multiply_quat(rate, conjugate)[:, 1:] / np.sum(value**2, axis=1, keepdims=True)
     inner = (times > EDGE_S - 1e-9) & (times < times[-1] - EDGE_S + 1e-9)

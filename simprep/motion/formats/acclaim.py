@@ -70,27 +70,22 @@ def read_acclaim(path: Path) -> SourceClip:
     offsets = np.zeros((len(names), 3))
     local = np.tile(np.eye(3), (count, len(names), 1, 1))
     place = np.zeros((count, 3))
+    channels = {name: (bone.axis, bone.dofs) for name, bone in skeleton.bones.items()}
+    channels["root"] = skeleton.root_axis, skeleton.order
     for index, name in enumerate(names):
-        if name == "root":
-            turn = np.tile(np.eye(3), (count, 1, 1))
-            for column, channel in enumerate(skeleton.order):
-                if channel[0] == "t":
-                    place[:, "xyz".index(channel[1])] = frames["root"][:, column]
-                else:
-                    turn = axis_rotation(channel[1], frames["root"][:, column] * factor) @ turn
-            local[:, index] = skeleton.root_axis @ turn @ skeleton.root_axis.T
+        parent = skeleton.bones.get(names[parents[index]])
+        if name != "root" and parent is not None:
+            offsets[index] = parent.direction * parent.length
+        if name not in frames:
             continue
-        bone = skeleton.bones.get(name)
-        parent = names[parents[index]]
-        if parent != "root":
-            offsets[index] = skeleton.bones[parent].direction * skeleton.bones[parent].length
-        if bone is None or name not in frames:
-            continue
+        axis, dofs = channels[name]
         turn = np.tile(np.eye(3), (count, 1, 1))
-        for column, channel in enumerate(bone.dofs):
-            if channel[0] == "r":
-                turn = axis_rotation(channel[1], frames[name][:, column] * factor) @ turn
-        local[:, index] = bone.axis @ turn @ bone.axis.T
+        for dof, values in zip(dofs, frames[name].T):
+            if dof[0] == "r":
+                turn = axis_rotation(dof[1], values * factor) @ turn
+            elif name == "root":
+                place[:, "xyz".index(dof[1])] = values
+        local[:, index] = axis @ turn @ axis.T
     positions, rotations = forward(parents, offsets, local)
     positions += place[:, None]
     identity = np.tile(np.eye(3), (1, len(names), 1, 1))
