@@ -25,24 +25,12 @@ if TYPE_CHECKING:
     from simprep.duel.stream.store import read_stream as read_stream
     from simprep.duel.stream.store import save_stream as save_stream
     from simprep.duel.stream.stream import DuelStream as DuelStream
-    from simprep.errors import (
-        MissingExtraError as MissingExtraError,
-    )
-    from simprep.errors import (
-        MotionError as MotionError,
-    )
-    from simprep.errors import (
-        MotionFileError as MotionFileError,
-    )
-    from simprep.errors import (
-        SettingError as SettingError,
-    )
-    from simprep.errors import (
-        SimprepError as SimprepError,
-    )
-    from simprep.errors import (
-        UnknownNameError as UnknownNameError,
-    )
+    from simprep.errors import MissingExtraError as MissingExtraError
+    from simprep.errors import MotionError as MotionError
+    from simprep.errors import MotionFileError as MotionFileError
+    from simprep.errors import SettingError as SettingError
+    from simprep.errors import SimprepError as SimprepError
+    from simprep.errors import UnknownNameError as UnknownNameError
     from simprep.humanoid import humanoid as humanoid
     from simprep.library.registry import library_motion as library_motion
     from simprep.library.registry import library_names as library_names
@@ -51,18 +39,10 @@ if TYPE_CHECKING:
     from simprep.metrics.metric import Metric as Metric
     from simprep.metrics.metric import Metrics as Metrics
     from simprep.metrics.metric import metrics_table as metrics_table
-    from simprep.motion.load import (
-        ImportReport as ImportReport,
-    )
-    from simprep.motion.load import (
-        ImportResult as ImportResult,
-    )
-    from simprep.motion.load import (
-        import_motion as import_motion,
-    )
-    from simprep.motion.load import (
-        load_motion as load_motion,
-    )
+    from simprep.motion.load import ImportReport as ImportReport
+    from simprep.motion.load import ImportResult as ImportResult
+    from simprep.motion.load import import_motion as import_motion
+    from simprep.motion.load import load_motion as load_motion
     from simprep.motion.motion import Motion as Motion
     from simprep.motion.store import read_motion as read_motion
     from simprep.motion.store import save_motion as save_motion

@@ -10,15 +10,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from experiments.cases import (
-    ARMS,
-    LAUNCH_METRICS,
-    Experiment,
-    build_worlds,
-    kept_motions,
-    make_approach,
-    run_cases,
-)
+from experiments.cases import ARMS, LAUNCH_METRICS, Experiment, build_worlds, kept_motions, make_approach, run_cases
 from simprep.errors import MissingExtraError, SimprepError
 from simprep.metrics.paired import paired_differences
 from simprep.report.approach_figure import plot_approach

@@ -11,14 +11,7 @@ from numpy.typing import NDArray
 from simprep.archive import open_archive, write_archive
 from simprep.controller.displacement import DisplacementTable
 from simprep.controller.settings import ControllerSettings, RewardSettings
-from simprep.controller.spaces import (
-    ACTIONS,
-    ALPHA_LEVELS,
-    ALPHA_STEP,
-    Action,
-    Observation,
-    encode,
-)
+from simprep.controller.spaces import ACTIONS, ALPHA_LEVELS, ALPHA_STEP, Action, Observation, encode
 from simprep.controller.value_iteration import STATE_SHAPE
 from simprep.errors import MotionFileError
 from simprep.preparation.settings import PreparationSettings

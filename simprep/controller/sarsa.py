@@ -8,13 +8,7 @@ from numpy.typing import NDArray
 
 from simprep.controller.model import QuantisedModel, choices
 from simprep.controller.settings import LearningSettings
-from simprep.controller.spaces import (
-    ACTIONS,
-    ALPHA_LEVELS,
-    CORE_NODES,
-    GOAL_CELLS,
-    INFLUENCE_CELLS,
-)
+from simprep.controller.spaces import ACTIONS, ALPHA_LEVELS, CORE_NODES, GOAL_CELLS, INFLUENCE_CELLS
 from simprep.errors import MissingExtraError
 
 Array = NDArray[np.float64]

@@ -94,10 +94,7 @@ def read_recipe(name: str) -> Recipe:
 
 
 def fetch(
-    recipe: Recipe,
-    folder: Path,
-    url: str | None = None,
-    progress: Callable[[str, int], None] = lambda name, done: None,
+    recipe: Recipe, folder: Path, url: str | None = None, progress: Callable[[str, int], None] = lambda name, done: None
 ) -> Fetched:
     """Download the missing files of a collection, and write a sidecar beside every take without one.
 

@@ -33,10 +33,7 @@ class WholeBody:
 
 
 def whole_body(
-    model: Any,
-    qpos: NDArray[np.float64],
-    qvel: NDArray[np.float64],
-    qacc: NDArray[np.float64],
+    model: Any, qpos: NDArray[np.float64], qvel: NDArray[np.float64], qacc: NDArray[np.float64]
 ) -> WholeBody:
     """Momenta and needed external wrench by recursive Newton-Euler inverse dynamics (`mj_rne`).
 

@@ -13,10 +13,7 @@ Summary = dict[str, float | int | None]
 
 
 def bootstrap_median(
-    differences: Sequence[float],
-    generator: np.random.Generator,
-    confidence: float = 0.95,
-    resamples: int = 2000,
+    differences: Sequence[float], generator: np.random.Generator, confidence: float = 0.95, resamples: int = 2000
 ) -> tuple[float | None, float | None, float | None]:
     """Median and percentile bootstrap interval (Efron 1979): median, low, high; None where one does not exist.
 
@@ -80,10 +77,7 @@ def paired_differences(
 
 
 def _compare(
-    name: str,
-    pairs: list[tuple[Mapping[str, Any], Mapping[str, Any]]],
-    generator: np.random.Generator,
-    resamples: int,
+    name: str, pairs: list[tuple[Mapping[str, Any], Mapping[str, Any]]], generator: np.random.Generator, resamples: int
 ) -> Summary:
     differences = []
     for first, second in pairs:

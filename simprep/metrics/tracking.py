@@ -76,10 +76,7 @@ def succeeded(run: Run, max_body_distance_mm: float) -> bool:
 
 
 def effort(
-    torque: NDArray[np.float64],
-    torque_limit: NDArray[np.float64],
-    hinge_velocity: NDArray[np.float64],
-    timestep: float,
+    torque: NDArray[np.float64], torque_limit: NDArray[np.float64], hinge_velocity: NDArray[np.float64], timestep: float
 ) -> dict[str, float]:
     """What the servos spend, by name.
 

@@ -22,11 +22,7 @@ from simprep.motion.formats.text import open_text
 
 LIMB_PARTS = ("thigh", "shank", "foot", "upper_arm", "forearm", "hand")
 OPTIONAL_PARTS = ("toe", "hand_tip")
-ROLES = (
-    "neck",
-    "head",
-    *(f"{side}_{part}" for side in SIDES for part in (*LIMB_PARTS, *OPTIONAL_PARTS)),
-)
+ROLES = ("neck", "head", *(f"{side}_{part}" for side in SIDES for part in (*LIMB_PARTS, *OPTIONAL_PARTS)))
 """What a foreign joint can be: the proximal joint of that part; `toe` is the ball, `hand_tip` a knuckle."""
 
 # words of a name without its side; the first word that some joint has wins
@@ -40,10 +36,7 @@ _WORDS: dict[str, tuple[str, ...]] = {
     "hand": ("hand", "wrist"),
     "hand_tip": ("handindex", "index", "handmiddle", "mid", "middle", "fingers", "fingerbase", "finger"),
 }
-_TRUNK_WORDS: dict[str, tuple[str, ...]] = {
-    "neck": ("lowerneck", "necklower", "neck", "necktwist"),
-    "head": ("head",),
-}
+_TRUNK_WORDS: dict[str, tuple[str, ...]] = {"neck": ("lowerneck", "necklower", "neck", "necktwist"), "head": ("head",)}
 MAX_MAP = 1_000_000
 LONG_NAME = 60
 _PREFIXES = re.compile(r"^(.*:|mixamorig\d*[:_]?|cc_base_|bip\d+[ _]?|rl_|def[-_]|character\d*_|m_avg_)", re.IGNORECASE)
@@ -65,10 +58,7 @@ class JointMap:
 
 
 def find_joints(
-    path: object,
-    names: tuple[str, ...],
-    parents: NDArray[np.intp],
-    override: Mapping[str, str] | None = None,
+    path: object, names: tuple[str, ...], parents: NDArray[np.intp], override: Mapping[str, str] | None = None
 ) -> JointMap:
     """Recognise the joints of a foreign skeleton.
 

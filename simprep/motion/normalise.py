@@ -67,11 +67,7 @@ class Normalised:
 
 
 def normalise(
-    clip: SourceClip,
-    joints: JointMap,
-    fps: float | None = None,
-    up: str | None = None,
-    scale: float | None = None,
+    clip: SourceClip, joints: JointMap, fps: float | None = None, up: str | None = None, scale: float | None = None
 ) -> Normalised:
     """Bring a clip to SI units, z up, and a frame rate at which feet can be placed.
 

@@ -48,11 +48,7 @@ def heading_trend(heading: Array, fps: float, cycle: tuple[int, float] | None = 
 
 
 def blend_root(
-    locomotion: Array,
-    reference: Array,
-    weight: Array,
-    trend: Array,
-    start: tuple[float, Array] = (0.0, np.zeros(2)),
+    locomotion: Array, reference: Array, weight: Array, trend: Array, start: tuple[float, Array] = (0.0, np.zeros(2))
 ) -> RootPath:
     """Blend the root's tilt and slow down its travel and turning; exactly the locomotion up to the first weight above 0.
 

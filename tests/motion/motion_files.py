@@ -3,10 +3,7 @@
 import json
 from pathlib import Path
 
-LIMBS = {
-    "Left": 1.0,
-    "Right": -1.0,
-}
+LIMBS = {"Left": 1.0, "Right": -1.0}
 
 
 def bvh_hierarchy(unit: float = 100.0, skip: tuple[str, ...] = (), names: dict[str, str] | None = None) -> str:

@@ -106,10 +106,9 @@ def test_decimal_commas_in_bvh(tmp_path: Path, part: str) -> None:
     plain = bvh_text(frames=4)
     if part == "frames without fractions":
         plain = motion_part(plain, lambda frames: frames.replace(".000000", "").replace(" 0 ", " 0.25 ", 1))
-    changed = {
-        "all": lambda: plain.replace(".", ","),
-        "frame time": lambda: plain.replace("0.033333", "0,033333"),
-    }.get(part, lambda: motion_part(plain, lambda frames: frames.replace(".", ",")))()
+    changed = {"all": lambda: plain.replace(".", ","), "frame time": lambda: plain.replace("0.033333", "0,033333")}.get(
+        part, lambda: motion_part(plain, lambda frames: frames.replace(".", ","))
+    )()
     assert changed != plain
     clip = read(tmp_path, changed)
     assert same(clip, read(tmp_path, plain))

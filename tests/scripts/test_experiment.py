@@ -4,16 +4,7 @@ import numpy as np
 import pytest
 
 from experiments import cases as module
-from experiments.cases import (
-    ARMS,
-    LAUNCH_METRICS,
-    CaseKey,
-    Experiment,
-    Setting,
-    build_worlds,
-    make_approach,
-    run_cases,
-)
+from experiments.cases import ARMS, LAUNCH_METRICS, CaseKey, Experiment, Setting, build_worlds, make_approach, run_cases
 from experiments.report import summarise
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.task import Task

@@ -103,11 +103,7 @@ class LocomotionStream:
     """
 
     def __init__(
-        self,
-        cores: CoreNodes,
-        node: str,
-        frame: int = 0,
-        place: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        self, cores: CoreNodes, node: str, frame: int = 0, place: tuple[float, float, float] = (0.0, 0.0, 0.0)
     ) -> None:
         cycle = cores.cycle(node)
         self._cores = cores

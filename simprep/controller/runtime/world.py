@@ -32,10 +32,7 @@ def library_graph(settings: GraphSettings | None = None, controller: ControllerS
 
 
 def library_world(
-    targets: Iterable[str],
-    settings: RuntimeSettings | None = None,
-    policy: Policy | None = None,
-    prepare: bool = True,
+    targets: Iterable[str], settings: RuntimeSettings | None = None, policy: Policy | None = None, prepare: bool = True
 ) -> World:
     """A world of built-in motions.
 

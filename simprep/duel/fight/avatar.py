@@ -98,11 +98,7 @@ class Avatar:
     """
 
     def __init__(
-        self,
-        model: FightModel,
-        player: int = 0,
-        steering: Steering | None = None,
-        script: tuple[Request, ...] = (),
+        self, model: FightModel, player: int = 0, steering: Steering | None = None, script: tuple[Request, ...] = ()
     ) -> None:
         self.model: TransitionModel = model.model.players[player]
         self.player = player

@@ -26,11 +26,7 @@ def motion_features(kinematics: Kinematics, segments: NDArray[np.int64], samples
 
 
 def pose_features(
-    joints: FloatArray,
-    root: FloatArray,
-    heading: FloatArray,
-    segments: NDArray[np.int64],
-    samples: int = SAMPLES,
+    joints: FloatArray, root: FloatArray, heading: FloatArray, segments: NDArray[np.int64], samples: int = SAMPLES
 ) -> FloatArray:
     """Features (S, samples * (3 + 3 J)) of actions from joint positions.
 

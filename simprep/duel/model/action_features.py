@@ -191,11 +191,7 @@ def summarise_actions(tracks: PairTracks, actions: ActionList, basis: PoseBasis)
     parts = []
     for player in (0, 1):
         track = np.column_stack(
-            [
-                tracks.root[:, player, :2],
-                np.unwrap(tracks.heading[:, player]),
-                basis.project(tracks.joints[:, player]),
-            ]
+            [tracks.root[:, player, :2], np.unwrap(tracks.heading[:, player]), basis.project(tracks.joints[:, player])]
         )
         own = actions.of(player)
         parts.append(_summaries(track, actions.start[own], actions.end[own], tracks.fps))
@@ -299,10 +295,5 @@ def _summaries(track: FloatArray, start: IntArray, end: IntArray, fps: float) ->
     # the mean difference of neighbours telescopes to that of the ends
     change = (track[end - 1] - track[start]) * (fps / (frames - 1))[:, None]
     return ActionSummaries(
-        mean[:, :2],
-        mean[:, 2],
-        mean[:, PLACEMENT:],
-        change[:, :2],
-        change[:, 2],
-        change[:, PLACEMENT:],
+        mean[:, :2], mean[:, 2], mean[:, PLACEMENT:], change[:, :2], change[:, 2], change[:, PLACEMENT:]
     )

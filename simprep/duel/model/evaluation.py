@@ -142,10 +142,7 @@ def evaluate(
 
 
 def evaluate_labels(
-    graph: CoupledGraph,
-    rng: np.random.Generator,
-    splits: int = 5,
-    truth: Sequence[LabelModel] | None = None,
+    graph: CoupledGraph, rng: np.random.Generator, splits: int = 5, truth: Sequence[LabelModel] | None = None
 ) -> dict[str, Any]:
     """The tables of `evaluate` about labels alone, without `label_unseen_share`."""
     transitions = [graph.actions.transitions(player) for player in PLAYERS]

@@ -19,11 +19,7 @@ NONE = -1
 """Link of an action that has no next or no concurrent action."""
 
 REQUESTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {
-        "punch": PUNCHES,
-        "kick": KICKS,
-        **{aspect.replace("_", " "): (aspect,) for aspect in (*PUNCHES, *KICKS)},
-    }
+    {"punch": PUNCHES, "kick": KICKS, **{aspect.replace("_", " "): (aspect,) for aspect in (*PUNCHES, *KICKS)}}
 )
 """Kinds of attack that a user may ask for, and the aspects that answer (section 5.2)."""
 

@@ -96,11 +96,7 @@ def _flight_before(actions: list[Planned], action: Planned) -> float:
 
 
 def foot_path(
-    side: int,
-    stays: list[Stay],
-    channels: FloatArray,
-    flights: FloatArray,
-    cuts: NDArray[np.int64],
+    side: int, stays: list[Stay], channels: FloatArray, flights: FloatArray, cuts: NDArray[np.int64]
 ) -> FootPath:
     """Path of one foot.
 
@@ -134,11 +130,7 @@ def foot_path(
 
 
 def pressure_point(
-    actions: Sequence[Planned],
-    lead: str,
-    position: FloatArray,
-    rotation: FloatArray,
-    contacts: NDArray[np.bool_],
+    actions: Sequence[Planned], lead: str, position: FloatArray, rotation: FloatArray, contacts: NDArray[np.bool_]
 ) -> FloatArray:
     """Planned pressure point (T, 2): under the foot that stands alone, else between both, forward in a punch [m].
 

@@ -41,10 +41,7 @@ def draw_clip(
     length = GRID * round(settings.clip_s * FPS / GRID)
     half = 0.5 * settings.distance_m * rng.uniform(0.95, 1.1)
     leads = ("left", "right" if rng.random() < 0.3 else "left")
-    fighters = (
-        Fighter(0, leads[0], np.array([-half, 0.0]), 0.0),
-        Fighter(1, leads[1], np.array([half, 0.0]), np.pi),
-    )
+    fighters = (Fighter(0, leads[0], np.array([-half, 0.0]), 0.0), Fighter(1, leads[1], np.array([half, 0.0]), np.pi))
     for fighter in fighters:
         _begin(settings, fighters, fighter, "neutral", "LR"[int(rng.random() < 0.5)], None, 0, length, rng)
     while True:

@@ -36,10 +36,7 @@ def cross_right() -> Motion:
     rear = Stance(0.0, DURATION_S, -0.16, -0.12, np.radians(28))
     heel = degrees_curve((1.02, 0), (IMPACT_S - 0.02, -28), (IMPACT_S + 0.08, -28), (BACK_S - 0.15, 0))
     pivot = degrees_curve((1.03, 0), (IMPACT_S, -30), (IMPACT_S + 0.06, -30), (BACK_S - 0.2, 0))
-    feet = (
-        FootPath("left", (front,)),
-        FootPath("right", (rear,), pitch=heel, pivot=pivot),
-    )
+    feet = (FootPath("left", (front,)), FootPath("right", (rear,), pitch=heel, pivot=pivot))
     points = (support_point("left", front), support_point("right", rear, 0.10))
     share = ((0.0, 0.5), (READY_S, 0.5), (TARGET_S, 0.48), (1.02, 0.36), (1.20, 0.72), (1.35, 0.68), (BACK_S, 0.5),
              (DURATION_S, 0.5))  # fmt: skip

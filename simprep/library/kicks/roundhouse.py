@@ -8,15 +8,7 @@ after Gavagan & Sayers 2017, PLoS One e0182645, and Wasik 2022, J Mens Health 18
 from dataclasses import dataclass, field, replace
 
 from simprep.library.entry import Entry, mirrored
-from simprep.library.kicks.parts import (
-    Kick,
-    KickPhases,
-    LegPose,
-    Posture,
-    build_kick,
-    flexion_towards,
-    leaning_trunk,
-)
+from simprep.library.kicks.parts import Kick, KickPhases, LegPose, Posture, build_kick, flexion_towards, leaning_trunk
 from simprep.library.parts.movement import GUARD_LEAD, GUARD_REAR, ArmPose
 from simprep.motion.motion import Motion
 

@@ -3,15 +3,7 @@
 from dataclasses import dataclass, field
 
 from simprep.library.entry import Entry, mirrored
-from simprep.library.kicks.parts import (
-    Kick,
-    KickPhases,
-    LegPose,
-    Posture,
-    build_kick,
-    flexion_towards,
-    leaning_trunk,
-)
+from simprep.library.kicks.parts import Kick, KickPhases, LegPose, Posture, build_kick, flexion_towards, leaning_trunk
 from simprep.library.parts.movement import GUARD_LEAD, GUARD_REAR, ArmPose
 from simprep.motion.motion import Motion
 

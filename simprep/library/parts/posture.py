@@ -51,9 +51,7 @@ def key_poses(
 
 
 def set_hinges(
-    hinges: NDArray[np.float64],
-    values: Mapping[str, NDArray[np.float64] | float],
-    character: Character = humanoid(),
+    hinges: NDArray[np.float64], values: Mapping[str, NDArray[np.float64] | float], character: Character = humanoid()
 ) -> None:
     """Write columns of a hinge array (T, joints) in place; values are (T,) or one number per hinge name [rad].
 

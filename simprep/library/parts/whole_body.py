@@ -95,10 +95,7 @@ def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
     limb_part = np.zeros_like(plan.zmp)
     for _ in range(plan.passes + 1):
         com = np.column_stack(
-            [
-                com_from_zmp(plan.zmp - limb_part, plan.com_height, plan.fps, plan.shift, turn=plan.turn),
-                plan.com_height,
-            ]
+            [com_from_zmp(plan.zmp - limb_part, plan.com_height, plan.fps, plan.shift, turn=plan.turn), plan.com_height]
         )
         kinematics = follow_com(plan, qpos, com)
         limb_part = _limb_zmp(plan, kinematics)

@@ -34,10 +34,7 @@ class Stitches:
 
 
 def stitches(
-    stream: DuelStream,
-    table: NDArray[np.int64],
-    rows: NDArray[np.bool_] | None = None,
-    sigma: float = DYNAMICS_SIGMA_S,
+    stream: DuelStream, table: NDArray[np.int64], rows: NDArray[np.bool_] | None = None, sigma: float = DYNAMICS_SIGMA_S
 ) -> Stitches:
     """Peaks around the beginnings of actions of both players; none less than the window from the end of a clip.
 
