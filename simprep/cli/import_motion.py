@@ -42,8 +42,8 @@ class Import:
     """JSON object {"our part": "joint of the file"} for joints that are not recognised by their names."""
 
     strict: bool = False
-    """Make a doubtful result an error: a limb that points elsewhere than the file's (by more than 5 deg in 5 % of the
-    frames, or 15 deg in one). Nothing is written then."""
+    """Make a doubtful result an error: a limb that points elsewhere than the file's though the body could (by more than
+    5 deg in 5 % of the frames, or 15 deg in one), or that is out of its reach for long. Nothing is written then."""
 
     json: bool = False
     """Print one JSON object on stdout; everything else goes to stderr."""

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.character import ROLES, SIDES, Character
-from simprep.motion.limb_paths import Limb, limb_path
+from simprep.motion.limb_paths import Limb, candidates, limb_path, worst_angle
 from simprep.motion.targets import Targets, frame_from, unit
 
 
@@ -24,8 +24,7 @@ def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
     """
     model = character.model
     at = {name: targets.positions[:, number] for number, name in enumerate(ROLES)}
-    pelvis = frame_from(at["left_thigh"] - at["right_thigh"], at["abdomen"] - at["pelvis"])
-    thorax = frame_from(at["left_upper_arm"] - at["right_upper_arm"], at["neck"] - at["thorax"])
+    pelvis, thorax = _trunk(at)
     qpos = np.tile(model.qpos0, (len(targets.positions), 1))
     qpos[:, :3] = at["pelvis"]
     qpos[:, 3:7] = Rotation.from_matrix(pelvis).as_quat(scalar_first=True)
@@ -67,6 +66,36 @@ def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
     return qpos
 
 
+def least_errors(targets: Targets, character: Character, limb: str) -> NDArray[np.float64]:
+    """Least angle (T,) to the directions of a limb's two bones, the larger of both, over all poses within the limits [rad].
+
+    Args:
+        targets: where the joints should be.
+        character: the body.
+        limb: `left_arm`, `right_arm`, `left_leg` or `right_leg`.
+    """
+    at = {name: targets.positions[:, number] for number, name in enumerate(ROLES)}
+    side, _, kind = limb.partition("_")
+    parts = ("thigh", "shank", "foot") if kind == "leg" else ("upper_arm", "forearm", "hand")
+    names = (f"{side}_{parts[0]}", f"{side}_{parts[1]}", f"{side}_{parts[2]}")
+    wanted = np.concatenate(_bones(at, names, _trunk(at)[kind == "arm"]), axis=-1)
+    geometry = Limb.of_character(character, names)
+    return np.asarray(worst_angle(geometry, candidates(geometry, wanted), wanted[:, None]).min(axis=1))
+
+
+def _trunk(at: dict[str, NDArray[np.float64]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Orientations of pelvis and chest (T, 3, 3)."""
+    pelvis = frame_from(at["left_thigh"] - at["right_thigh"], at["abdomen"] - at["pelvis"])
+    return pelvis, frame_from(at["left_upper_arm"] - at["right_upper_arm"], at["neck"] - at["thorax"])
+
+
+def _bones(
+    at: dict[str, NDArray[np.float64]], names: tuple[str, str, str], parent: NDArray[np.float64]
+) -> list[NDArray[np.float64]]:
+    """Directions of a limb's bones in the frame of its parent, (T, 3) each."""
+    return [np.einsum("tji,tj->ti", parent, unit(at[b] - at[a])) for a, b in pairwise(names)]
+
+
 def _limb_into(
     qpos: NDArray[np.float64],
     character: Character,
@@ -76,8 +105,8 @@ def _limb_into(
 ) -> NDArray[np.float64]:
     """Fill in a limb's four hinges; returns the orientations of its second bone (T, 3, 3)."""
     limb = Limb.of_character(character, names)
-    place = [targets.positions[:, ROLES.index(name)] for name in names]
-    bones = [np.einsum("tji,tj->ti", parent, unit(b - a)) for a, b in pairwise(place)]
+    at = {name: targets.positions[:, ROLES.index(name)] for name in names}
+    bones = _bones(at, names, parent)
     angles = limb_path(limb, bones[0], bones[1], targets.fps)
     qpos[:, 7 + limb.joints] = angles
     return np.asarray(parent @ limb.orientation(angles))

@@ -1,12 +1,13 @@
 """Check of an import: how far limbs point away from the source's, and which hinges are at their limits."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simprep.character import ROLES, SIDES, Character
+from simprep.motion.closed_form import least_errors
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.targets import Targets, unit
@@ -20,6 +21,10 @@ LIMBS = {
 GOOD_P95_DEG = 5.0
 GOOD_MAX_DEG = 15.0
 FAR_DEG = 20.0
+OUT_OF_REACH_DEG = 1.0
+"""Where no pose within the limits comes nearer than this, the body cannot do what the file shows: no error of the import."""
+LONG_OUT_OF_REACH = 0.2
+"""A limb that is bad and out of reach in a larger share of the frames is doubtful nevertheless: the file may be misread."""
 LONG_AT_LIMIT = 0.2
 """A hinge at a limit in a larger share of the frames is reported."""
 AT_LIMIT = 1e-3
@@ -36,6 +41,9 @@ class LimbError:
         max_deg: worst frame [deg].
         max_frame: which frame that is.
         far_share: share of the frames in which it is over 20 deg.
+        out_of_reach_share: share of the frames in which no pose within the limits has it; asked only where the limb is bad.
+        reachable_p95_deg: 95th percentile over the other frames [deg]; None if there is none.
+        reachable_max_deg: the worst of these [deg].
     """
 
     median_deg: float
@@ -43,11 +51,23 @@ class LimbError:
     max_deg: float
     max_frame: int
     far_share: float
+    out_of_reach_share: float = 0.0
+    reachable_p95_deg: float | None = None
+    reachable_max_deg: float | None = None
 
     @property
     def good(self) -> bool:
-        """Whether the limb can be trusted: at most 5 deg in 95 % of the frames, never more than 15."""
+        """Whether it is within 5 deg in 95 % of the frames, and never more than 15 off."""
         return self.p95_deg <= GOOD_P95_DEG and self.max_deg <= GOOD_MAX_DEG
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether it is not good though the body could do it, or out of reach for long: then the file may be misread."""
+        if self.good:
+            return False
+        if self.out_of_reach_share > LONG_OUT_OF_REACH or self.reachable_p95_deg is None:
+            return True
+        return self.reachable_p95_deg > GOOD_P95_DEG or (self.reachable_max_deg or 0.0) > GOOD_MAX_DEG
 
 
 @dataclass(frozen=True)
@@ -78,7 +98,7 @@ class ImportCheck:
     @property
     def doubtful(self) -> bool:
         """Whether some limb is not where the source has it."""
-        return not all(limb.good for limb in self.limbs.values())
+        return any(limb.doubtful for limb in self.limbs.values())
 
 
 def check_import(
@@ -97,21 +117,27 @@ def check_import(
     wanted = targets.positions[:, [ROLES.index(role) for role in roles]]
     distance = 1000 * np.linalg.norm((ours - ours[:, :1]) - (wanted - wanted[:, :1]), axis=-1)[:, 1:].mean(axis=1)
     place = {name: number for number, name in enumerate(roles)}
-    limbs, warnings = {}, []
+    limbs: dict[str, LimbError] = {}
+    reached: dict[str, NDArray[np.bool_]] = {}
+    doubts: list[str] = []
+    warnings: list[str] = []
     for limb, (a, b) in LIMBS.items():
         bone, source = (unit(at[:, place[b]] - at[:, place[a]]) for at in (ours, wanted))
         angle = np.degrees(2 * np.arcsin(np.clip(np.linalg.norm(bone - source, axis=-1) / 2, 0.0, 1.0)))
-        worst = int(angle.argmax())
-        limbs[limb] = error = LimbError(
-            float(np.median(angle)), float(np.percentile(angle, 95)), float(angle[worst]), worst,
-            float((angle > FAR_DEG).mean()),
-        )  # fmt: skip
+        error = _limb_error(angle)
         if not error.good:
+            chain = f"{limb.partition('_')[0]}_{'arm' if 'arm' in limb else 'leg'}"
+            if chain not in reached:
+                reached[chain] = np.degrees(least_errors(targets, character, chain)) < OUT_OF_REACH_DEG
+            error = _limb_error(angle, reached[chain])
+            worst = error.max_frame
             limit = GOOD_MAX_DEG if error.p95_deg <= GOOD_P95_DEG else GOOD_P95_DEG
-            warnings.append(
+            (doubts if error.doubtful else warnings).append(
                 f"the {limb.replace('_', ' ')} points up to {error.max_deg:.0f} deg away from the file's (frame {worst}; "
                 f"95 % of the frames within {error.p95_deg:.0f}); more than {limit:.0f} in frames {_spans(angle > limit)}"
+                + (f"; out of reach in {error.out_of_reach_share:.0%} of them all" if error.out_of_reach_share else "")
             )
+        limbs[limb] = error
     low, high = character.limits.T
     share = ((qpos[:, 7:] < low + AT_LIMIT) | (qpos[:, 7:] > high - AT_LIMIT)).mean(axis=0)
     saturated = {name: float(value) for name, value in zip(character.joints, share) if value > LONG_AT_LIMIT}
@@ -123,8 +149,27 @@ def check_import(
         worst_residual_frame=int(distance.argmax()),
         limbs=limbs,
         saturated=saturated,
-        warnings=tuple(warnings),
+        warnings=(*doubts, *warnings),
     )
+
+
+def _limb_error(angle: NDArray[np.float64], reached: NDArray[np.bool_] | None = None) -> LimbError:
+    """Of angles (T,) [deg], where asked over the frames that are reached (T,), too."""
+    worst = int(angle.argmax())
+    error = LimbError(
+        float(np.median(angle)),
+        float(np.percentile(angle, 95)),
+        float(angle[worst]),
+        worst,
+        float((angle > FAR_DEG).mean()),
+    )
+    if reached is None:
+        return replace(error, reachable_p95_deg=error.p95_deg, reachable_max_deg=error.max_deg)
+    error = replace(error, out_of_reach_share=float(1 - reached.mean()))
+    if not reached.any():
+        return error
+    inside = angle[reached]
+    return replace(error, reachable_p95_deg=float(np.percentile(inside, 95)), reachable_max_deg=float(inside.max()))
 
 
 def _spans(flags: NDArray[np.bool_], most: int = 4) -> str:

@@ -56,17 +56,21 @@ def test_a_hinge_that_stays_at_its_limit_is_named() -> None:
     assert any("did not settle in frames 3-4, 8" in line for line in check.warnings)
 
 
-def test_a_doubtful_import_says_so(tmp_path: Path) -> None:
-    """An upper arm that goes through the trunk: no shoulder reaches that."""
-    lines = bvh_text(frames=20).splitlines()
+def through_the_trunk(folder: Path, frames: range) -> Path:
+    """A person who holds an upper arm through the trunk in some of 40 frames: no shoulder reaches that."""
+    lines = bvh_text(frames=40).splitlines()
     first = next(number for number, line in enumerate(lines) if line.startswith("Frame Time")) + 1
     names = [line.split()[1] for line in lines if line.split()[:1] in (["ROOT"], ["JOINT"])]
     column = 6 + 3 * (names.index("LeftArm") - 1) + 2  # about y: the arm of a T-pose swings horizontally
-    for row in range(first, len(lines)):
-        values = lines[row].split()
+    for row in frames:
+        values = lines[first + row].split()
         values[column] = "-170"
-        lines[row] = " ".join(values)
-    path = write(tmp_path, "a.bvh", "\n".join(lines) + "\n")
+        lines[first + row] = " ".join(values)
+    return write(folder, "a.bvh", "\n".join(lines) + "\n")
+
+
+def test_a_doubtful_import_says_so(tmp_path: Path) -> None:
+    path = through_the_trunk(tmp_path, range(40))
     report = import_motion(path).report
     assert report.doubtful
     assert "left upper arm" in report.warnings[0]
@@ -76,6 +80,16 @@ def test_a_doubtful_import_says_so(tmp_path: Path) -> None:
     assert content["doubtful"] is True
     assert set(content["limbs"]["left_upper_arm"]) >= {"median_deg", "p95_deg", "max_deg"}
     assert {"saturated", "residual_mm", "worst_residual_mm", "worst_residual_frame"} <= set(content)
+
+
+def test_what_the_body_cannot_do_for_a_moment_is_told_but_not_doubtful(tmp_path: Path) -> None:
+    report = import_motion(through_the_trunk(tmp_path, range(20, 25))).report
+    arm = report.check.limbs["left_upper_arm"]
+    assert not arm.good
+    assert arm.out_of_reach_share == pytest.approx(5 / 40, abs=2 / 40)
+    assert arm.reachable_p95_deg < 5 < arm.p95_deg
+    assert not report.doubtful
+    assert any("left upper arm" in line and "out of reach in 1" in line for line in report.warnings)
 
 
 def largest_turn(coarse: Path, fine: Path, up: str | None = None) -> float:
