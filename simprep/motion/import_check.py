@@ -97,7 +97,7 @@ class ImportCheck:
 
     @property
     def doubtful(self) -> bool:
-        """Whether some limb is not where the source has it."""
+        """Whether some limb is doubtful (`LimbError.doubtful`)."""
         return any(limb.doubtful for limb in self.limbs.values())
 
 
@@ -110,7 +110,7 @@ def check_import(
         qpos: (T, nq) poses.
         unsettled: (T,) frames whose inverse kinematics did not settle.
         targets: the source's joints with our bone lengths, before feet were placed.
-        character: the humanoid.
+        character: the body.
     """
     roles = [role for role in ROLES if character.has(role)]
     ours = forward_kinematics(qpos, character).xpos[:, [character.segment(role) for role in roles]]
