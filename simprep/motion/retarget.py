@@ -46,7 +46,6 @@ class RetargetSettings:
         hand_cost: weight of a hand's orientation [1/rad].
         foot_cost: weight of a foot's tilt [1/rad].
         foot_turn_cost: weight of a foot's heading [1/rad]; it turns the knee, as our shank has no torsion.
-        stance_knee_cost: factor on the position of a standing foot's knee, which decides the heading with the foot.
         twist: a knee this far beside the plane of its standing foot halves the weight of the foot's heading [m].
         beyond: a standing foot whose orientation is off by this much gets half the weight, once, lest it moves the
             whole body [rad].
@@ -73,7 +72,6 @@ class RetargetSettings:
     stance_cost: float = 10.0
     stance_tilt_cost: float = 10.0
     stance_turn_cost: float = 25.0
-    stance_knee_cost: float = 1.0
     posture_cost: float = 0.004
     arm_cost: float = 0.05
     neck_cost: float = 0.03
@@ -166,9 +164,8 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.positions, self.orientations, self.rest = positions, orientations, rest
         cost = self.base_cost.copy()
         for number in np.flatnonzero(standing):
-            foot, knee = f"{SIDES[number]}_foot", f"{SIDES[number]}_shank"
+            foot = f"{SIDES[number]}_foot"
             cost[PLACE[foot]] *= self.settings.stance_cost
-            cost[PLACE[knee]] *= self.settings.stance_knee_cost
             cost[TILT[foot]] *= self.settings.stance_tilt_cost
             yields = 1 + (twisted[number] / self.settings.twist) ** 2
             cost[HEADING[foot]] *= self.settings.stance_turn_cost / yields
