@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.motion.rotations import axis_rotation
-from simprep.motion.targets import unit
+from simprep.motion.targets import UPRIGHT, unit
 
 
 @dataclass(frozen=True)
@@ -50,7 +50,7 @@ class FootholdSettings:
     dorsiflexion: float = 0.58
     inversion: float = 0.5
     softness: float = 0.006
-    upright: float = 0.45
+    upright: float = UPRIGHT
     resting: float = 0.012
     heel: float = 0.4
     along: float = 3.0
@@ -189,8 +189,8 @@ def _held_by(
     offset: NDArray[np.float64], height: NDArray[np.float64], settings: FootholdSettings
 ) -> NDArray[np.float64]:
     """Mean of offsets (..., 4, 2) over the lowest points, heights (..., 4)."""
-    hold = np.exp(-(height - height.min(axis=-1, keepdims=True)) / settings.softness)
-    return np.asarray(np.einsum("...p,...pi->...i", hold / hold.sum(axis=-1, keepdims=True), offset))
+    load = np.exp(-(height - height.min(axis=-1, keepdims=True)) / settings.softness)
+    return np.asarray(np.einsum("...p,...pi->...i", load / load.sum(axis=-1, keepdims=True), offset))
 
 
 def _rolling_pitch(
