@@ -20,7 +20,7 @@ _LEG = {
 }  # fmt: skip
 _ARM = {
     "shoulder_flexion": "shoulder_pitch", "shoulder_abduction": "shoulder_roll", "shoulder_rotation": "shoulder_yaw",
-    "elbow_flexion": "elbow", "forearm_pronation": "wrist_roll", "wrist_flexion": "wrist_yaw",
+    "elbow_flexion": "elbow", "forearm_pronation": "wrist_yaw", "wrist_flexion": "wrist_roll",
     "wrist_deviation": "wrist_pitch",
 }  # fmt: skip
 _WAIST = {"lumbar_rotation": "waist_yaw", "lumbar_bending": "waist_roll", "lumbar_flexion": "waist_pitch"}

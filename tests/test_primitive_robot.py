@@ -66,6 +66,9 @@ def test_it_is_another_body(robot: Character) -> None:
     first_leg, first_arm = (robot.joint(robot.group(f"left_{limb}")[0]) for limb in ("leg", "arm"))
     assert first_leg < first_arm  # ours has its arms first
     assert robot != ours
+    axes = dict(zip(robot.joints, robot.model.jnt_axis[1:]))
+    about = {"roll": [1, 0, 0], "pitch": [0, 1, 0], "yaw": [0, 0, 1], "knee": [0, 1, 0], "elbow": [0, 1, 0]}
+    assert all(axis.tolist() == about[name.rpartition("_")[2]] for name, axis in axes.items())
     knee = robot.joint("left_knee")
     np.testing.assert_allclose(np.degrees(robot.limits[knee]), [-3, 150])
     np.testing.assert_allclose([*robot.gains[knee], robot.torque_limits[knee]], [300, 20, 150])
