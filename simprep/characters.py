@@ -30,7 +30,15 @@ def character_of_name(name: str) -> Character:
 
 
 def character_header(character: Character) -> dict[str, Any]:
-    """What a file states of the character whose poses it holds."""
+    """What a file states of the character whose poses it holds.
+
+    Raises:
+        MotionError: the character is not in `CHARACTERS`, so that no reader could make it again.
+    """
+    if character.name not in CHARACTERS:
+        raise MotionError(
+            f"a file cannot name {character}; valid: {', '.join(CHARACTERS)}, or one listed in simprep.characters.CHARACTERS"
+        )
     return {
         "model": character.name,
         "model_version": VERSIONS[character.name],

@@ -17,7 +17,7 @@ from simprep.character import SIDES, Character
 from simprep.characters import character_of_name
 from simprep.duel.stream.store import save_stream
 from simprep.duel.stream.stream import DuelStream
-from simprep.errors import MotionFileError, SettingError, UnknownNameError
+from simprep.errors import MotionError, MotionFileError, SettingError, UnknownNameError
 from simprep.humanoid import humanoid
 from simprep.motion.edit import cut, mirror, repeat
 from simprep.motion.kinematics import body_clearance, forward_kinematics
@@ -108,6 +108,15 @@ def test_imports_and_runs_are_read_back(moves: tuple[Path, int], robot: Characte
     run = simprep.track(walk[:30], "pd")
     assert run.qpos.shape[1] == robot.nq
     assert simprep.read_run(simprep.save_run(run, tmp_path / "run.npz")) == run
+
+
+def test_files_refuse_a_character_that_they_cannot_name(robot: Character, tmp_path: Path) -> None:
+    motion = Motion(
+        np.tile(robot.standing_qpos, (4, 1)), 30.0, np.ones((4, 2), bool), character=replace(robot, name="mine")
+    )
+    with pytest.raises(MotionError, match=r"a file cannot name <Character mine.*; valid: simprep_humanoid, "):
+        motion.save(tmp_path / "mine.npz")
+    assert not list(tmp_path.iterdir())
 
 
 def test_postures_are_optimised(moves: tuple[Path, int]) -> None:
