@@ -15,6 +15,7 @@ from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.linalg.lapack import dposv
 
 from simprep.errors import MotionError, SettingError
 
@@ -196,36 +197,40 @@ class SemiTied:
         (Gales 1999, Eq. 22); given the row, the best variances are a_i W_m a_i^T. Both are exact maxima, so the
         likelihood cannot fall. Cofactors enter up to a factor only: the i-th column of A^-1 serves.
         """
-        count, scatter = statistics.count, statistics.scatter
-        total = count.sum()
-        dimension = scatter.shape[1]
-        average = np.einsum("m,mij->ij", count / total, scatter)
-        values, vectors = np.linalg.eigh(average)
-        # begin by whitening the average: the answer if all classes share one covariance
-        rows = (vectors / np.sqrt(values)).T
-        # scatters are symmetric, and their weighted sum is bound by memory: one triangle does
+        dimension = statistics.scatter.shape[1]
+        # scatters are symmetric, and sums over them are bound by memory: one triangle does
         upper = np.triu_indices(dimension)
         entries = np.zeros((dimension, dimension), dtype=np.intp)
         entries[upper] = entries.T[upper] = np.arange(len(upper[0]))
-        packed = np.zeros((len(count), -(-len(upper[0]) // _LANES) * _LANES))
-        packed[:, : len(upper[0])] = scatter[:, *upper]
-        variance = np.einsum("ij,mjk,ik->mi", rows, scatter, rows)
+        # classes of one sample each have the pooled scatter: those of the same scatter count as one
+        distinct, place = np.unique(statistics.scatter[:, *upper], axis=0, return_inverse=True)
+        packed = np.zeros((len(distinct), -(-len(upper[0]) // _LANES) * _LANES))
+        packed[:, : len(upper[0])] = distinct
+        both = np.where(upper[0] == upper[1], 1.0, 2.0)
+        product = np.zeros(packed.shape[1])
+        count = np.bincount(place, statistics.count).astype(np.float64)
+        total = count.sum()
+        values, vectors = np.linalg.eigh((count / total @ packed)[entries])
+        # begin by whitening the average: the answer if all classes share one covariance
+        rows = (vectors / np.sqrt(values)).T
+        variance = np.einsum("ij,mjk,ik->mi", rows, distinct[:, entries], rows, optimize=True)
         history = [_log_likelihood(rows, variance, count)]
         for _ in range(self.max_sweeps):
             inverse = np.linalg.inv(rows)
             for i in range(dimension):
                 weighted = ((count / variance[:, i]) @ packed)[entries]
-                direction = np.linalg.solve(weighted, inverse[:, i])
+                direction = dposv(weighted, inverse[:, i])[1]
                 row = direction * np.sqrt(total / (inverse[:, i] @ direction))
                 # update of the inverse for the exchanged row (Sherman-Morrison)
                 change = (row - rows[i]) @ inverse
                 inverse -= inverse[:, i, None] * change / (1 + change[i])
                 rows[i] = row
-                variance[:, i] = (scatter @ row) @ row
+                product[: len(both)] = both * row[upper[0]] * row[upper[1]]
+                variance[:, i] = packed @ product
             history.append(_log_likelihood(rows, variance, count))
             if history[-1] - history[-2] < self.tolerance * total:
                 break
-        return SemiTiedEstimate(np.linalg.inv(rows), variance, np.array(history))
+        return SemiTiedEstimate(np.linalg.inv(rows), variance[place], np.array(history))
 
 
 @dataclass(frozen=True)
