@@ -1,5 +1,6 @@
 """Posture optimisation: the upper body moves so that the COM comes over its support (paper, section 5.3, Eq. 6-10)."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,8 +8,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
 from simprep.character import Character
+from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.preparation.com_path import displacement_path, displacement_repair
-from simprep.preparation.posture_problem import Costs, PostureProblem
+from simprep.preparation.posture_problem import PostureFrame, PostureProblem
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
@@ -40,7 +42,7 @@ class OptimisedPostures:
 
 def optimise_postures(
     qpos: Array,
-    com: Array,
+    blended: Kinematics,
     centres: Array,
     share: Array,
     fps: float,
@@ -56,7 +58,7 @@ def optimise_postures(
 
     Args:
         qpos: (T, nq) blended postures.
-        com: (T, 3) their COM [m].
+        blended: their kinematics.
         centres: (T, 2) support centres [m]; NaN in flight, where C_b is left out with `support_smoothing` 0.
         share: (T,) how much of the change is used, 0 (skipped) to 1.
         fps: frames per second [1/s].
@@ -64,29 +66,19 @@ def optimise_postures(
         settings: weights and step limit.
         measure: whether to give the costs before and after; NaN otherwise.
     """
-    goals = centres
+    goals, com = centres, blended.com[:, :2]
     if settings.support_smoothing > 0:
-        path = displacement_path(centres - com[:, :2], settings.com_reach, settings.support_smoothing * fps)
-        goals = com[:, :2] + path
+        goals = com + displacement_path(centres - com, settings.com_reach, settings.support_smoothing * fps)
     problem = PostureProblem(character, settings)
     n = len(qpos)
     change = np.zeros((n, len(problem.columns)))
     steps = np.zeros(n, dtype=np.int64)
-    last: Array | None = None
-    before_last: Array | None = None
-    for frame in np.flatnonzero(share > 0).tolist():
-        if frame > 0 and share[frame - 1] <= 0:  # the optimisation begins: its history is the blended motion
-            last = problem.centres_of(qpos[frame - 1])
-            before_last = problem.centres_of(qpos[max(frame - 2, 0)])
-        posture = problem.frame(qpos[frame], _present(goals[frame]), last, before_last)
-        start = np.clip(posture.hinges, problem.low, problem.high)
-        if frame > 0:
-            warm = np.clip(posture.hinges + change[frame - 1], problem.low, problem.high)
-            if problem.costs(posture, warm).total < problem.costs(posture, start).total:
-                start = warm
-        best, steps[frame] = problem.minimise(posture, start)
+    optimised = blended.xipos.copy()
+    for frame, posture in _frames(problem, qpos, blended.xipos, optimised, goals, share):
+        warm = [posture.hinges + change[frame - 1]] if frame > 0 else []
+        best, steps[frame] = problem.minimise(posture, posture.hinges, *warm)
         change[frame] = best - posture.hinges
-        last, before_last = problem.body_centres(posture, best), last
+        optimised[frame] = problem.body_centres(posture, best)
     if settings.change_smoothing > 0:
         change = gaussian_filter1d(change, settings.change_smoothing * fps, axis=0, mode="nearest")
     out = qpos.copy()
@@ -94,45 +86,45 @@ def optimise_postures(
     moved = np.clip(hinges + share[:, None] * change, problem.low, problem.high)
     out[:, problem.columns] = np.where(share[:, None] > 0, moved, hinges)
     if settings.support_smoothing > 0:
-        _repair(problem, out, com[:, :2], centres, share, fps)
+        _repair(problem, out, com, centres, share, fps)
 
     before, after = np.full((n, 4), np.nan), np.full((n, 4), np.nan)
-    if not measure:
-        return OptimisedPostures(out, before, after, steps, goals)
-    last = before_last = None
-    for frame in np.flatnonzero(share > 0).tolist():
-        if frame > 0 and share[frame - 1] <= 0:
-            last = problem.centres_of(qpos[frame - 1])
-            before_last = problem.centres_of(qpos[max(frame - 2, 0)])
-        posture = problem.frame(qpos[frame], _present(goals[frame]), last, before_last)
-        final = out[frame, problem.columns]
-        before[frame] = _row(problem.costs(posture, posture.hinges))
-        after[frame] = _row(problem.costs(posture, final))
-        last, before_last = problem.body_centres(posture, final), last
+    if measure:
+        final = forward_kinematics(out, character).xipos
+        for frame, posture in _frames(problem, qpos, blended.xipos, final, goals, share):
+            before[frame] = problem.costs(posture, posture.hinges, blended.xipos[frame])
+            after[frame] = problem.costs(posture, out[frame, problem.columns], final[frame])
     return OptimisedPostures(out, before, after, steps, goals)
+
+
+def _frames(
+    problem: PostureProblem, qpos: Array, blended: Array, optimised: Array, goals: Array, share: Array
+) -> Iterator[tuple[int, PostureFrame]]:
+    """Frames with a share, one after the other; body centres (T, segments, 3) are read when the frame is reached."""
+    absent = np.isnan(goals[:, 0]).tolist()
+    for frame in np.flatnonzero(share > 0).tolist():
+        history: tuple[Array, ...] = ()
+        if frame > 0 and share[frame - 1] <= 0:  # the optimisation begins: its history is the blended motion
+            history = blended[frame - 1], blended[max(frame - 2, 0)]
+        elif frame > 1:
+            history = optimised[frame - 1], optimised[frame - 2]
+        yield frame, problem.frame(qpos[frame], None if absent[frame] else goals[frame], *history, centres=blended[frame])
 
 
 def _repair(problem: PostureProblem, qpos: Array, com: Array, centres: Array, share: Array, fps: float) -> None:
     """Change postures in place, as little as needed, so that the COM is nearer to the support centre than `com`."""
     pull = centres - com
     moved = np.zeros_like(com)
-    active = np.flatnonzero(share > 0)
+    changed = np.flatnonzero(share > 0).tolist()
     for _ in range(_REPAIRS):
-        moved[active] = [problem.com_of(qpos[frame]) for frame in active] - com[active]
+        for frame in changed:
+            moved[frame] = problem.com_of(qpos[frame]) - com[frame]
         push = displacement_repair(moved, pull, share, _REPAIR_S * fps)
-        frames = np.flatnonzero(np.abs(push).max(axis=1) > _REPAIRED_M)
-        if len(frames) == 0:
-            return
-        for frame in frames.tolist():
+        changed = np.flatnonzero(np.abs(push).max(axis=1) > _REPAIRED_M).tolist()
+        for frame in changed:
             jacobian = problem.com_jacobian(qpos[frame])
             change = jacobian.T @ np.linalg.solve(jacobian @ jacobian.T, push[frame])
             hinges = qpos[frame, problem.columns]
             qpos[frame, problem.columns] = np.clip(hinges + change, problem.low, problem.high)
-
-
-def _present(centre: Array) -> Array | None:
-    return None if np.isnan(centre[0]) else centre
-
-
-def _row(costs: Costs) -> tuple[float, float, float, float]:
-    return costs.balance, costs.style, costs.smoothness, costs.total
+        if not changed:
+            return

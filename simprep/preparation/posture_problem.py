@@ -7,6 +7,7 @@ the cost falls: it gets to the optimum in 10 steps, which plain gradient descent
 
 from dataclasses import dataclass
 from math import sqrt
+from typing import NamedTuple
 
 import mujoco
 import numpy as np
@@ -22,8 +23,7 @@ _DAMPING = 1e-5  # keeps hinges that move no body centre (wrist, pronation) wher
 _ENOUGH = 2e-3  # a step that gains less than this share of the reduction so far is the last
 
 
-@dataclass(frozen=True)
-class Costs:
+class Costs(NamedTuple):
     """Cost terms of one posture (paper, Eq. 6-10), with smooth norms, as they are minimised.
 
     Attributes:
@@ -46,8 +46,8 @@ class PostureFrame:
     Attributes:
         qpos: (nq,) blended posture.
         hinges: (K,) its balancing hinges [rad].
-        com_fixed: (2,) part of the bodies that do not move in the COM on the floor [m].
-        centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
+        com_fixed: part of the bodies that do not move in the COM on the floor, x and y [m].
+        centre: x and y of where C_b wants the COM on the floor [m]; None leaves out C_b.
         fixed_smoothness: part of the bodies that do not move in the sum of C_m [m per frame squared].
         anchors: (1, M, 3) body centres of the blended posture, of the bodies that move [m]; or (2, M, 3), followed by
             those that continue the two frames before in a straight line, for C_m.
@@ -55,10 +55,27 @@ class PostureFrame:
 
     qpos: Array
     hinges: Array
-    com_fixed: Array
-    centre: Array | None
+    com_fixed: tuple[float, float]
+    centre: tuple[float, float] | None
     fixed_smoothness: float
     anchors: Array
+
+
+class _Posture(NamedTuple):
+    """A frame's costs at some hinges, and what its gradient there takes from them.
+
+    Attributes:
+        hinges: (K,) [rad].
+        offsets: (1 or 2, M, 3) of the body centres from the anchors [m]; distances: (1 or 2, M) their smooth norms.
+        com: x and y from where C_b wants the COM, and the smooth norm [m].
+        costs: see `Costs`.
+    """
+
+    hinges: Array
+    offsets: Array
+    distances: Array
+    com: tuple[float, float, float]
+    costs: Costs
 
 
 class PostureProblem:
@@ -80,17 +97,19 @@ class PostureProblem:
         joints = character.joint_indices(character.balancing)
         self.columns = 7 + joints
         self._velocities = 6 + joints
-        self._diagonal = np.diag_indices(len(joints))
         self.low = self.model.jnt_range[1 + joints, 0]
         self.high = self.model.jnt_range[1 + joints, 1]
         moved = _moved_segments(self.model, 1 + joints)
-        self._moved, self._fixed = np.flatnonzero(moved), np.flatnonzero(~moved)
+        self._moved, self._fixed = np.flatnonzero(moved), (~moved).astype(np.float64)
         self._moved_ids = self._moved + 1  # in the model, which begins with the world
         mass = self.model.body_mass[1:]
         self._share = mass / mass.sum()
-        self._moved_share = self._share[self._moved]
-        self._jacobian = np.zeros((len(self._moved), 3, self.model.nv))
-        self._rows = [(int(i) + 1, self._jacobian[k]) for k, i in enumerate(self._moved)]
+        self._moved_share, self._fixed_share = self._share[self._moved], self._share * self._fixed
+        m, k = len(self._moved), len(joints)
+        self._jacobian = np.zeros((m, 3, self.model.nv))
+        self._jacobians = [(int(i), self._jacobian[row]) for row, i in enumerate(self._moved_ids)]
+        self._rows, self._residuals = np.zeros((3 * m + 2, k)), np.zeros(3 * m + 2)  # of the bodies, then of the COM
+        self._body_rows, self._body_residuals = self._rows[:-2].reshape(m, 3, k), self._residuals[:-2].reshape(m, 3)
         self._eps = settings.smooth_norm
         self._eps2 = self._eps**2
         self._weights = np.array([[settings.style_weight], [settings.smoothness_weight]]) / len(mass)
@@ -98,7 +117,12 @@ class PostureProblem:
         self._xipos = self.data.xipos
 
     def frame(
-        self, qpos: Array, centre: Array | None, last: Array | None = None, before_last: Array | None = None
+        self,
+        qpos: Array,
+        centre: Array | None,
+        last: Array | None = None,
+        before_last: Array | None = None,
+        centres: Array | None = None,
     ) -> PostureFrame:
         """A frame whose posture is to be optimised.
 
@@ -107,25 +131,29 @@ class PostureProblem:
             centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
             last: (segments, 3) optimised body centres one frame earlier [m]; None leaves out C_m.
             before_last: (segments, 3) two frames earlier.
+            centres: (segments, 3) `centres_of` the posture, where they are known.
         """
-        centres = self.centres_of(qpos)
-        anchors = [centres[self._moved]]
-        fixed_smoothness = 0.0
+        centres = self.centres_of(qpos) if centres is None else centres
+        anchors, fixed_smoothness = centres[None], 0.0
         if last is not None and before_last is not None:
             straight_on = 2 * last - before_last
-            anchors.append(straight_on[self._moved])
-            fixed_smoothness = float(self._norm(centres[self._fixed] - straight_on[self._fixed]).sum())
+            anchors = np.array([centres, straight_on])
+            fixed_smoothness = float(self._fixed.dot(self._norm(centres - straight_on) - self._eps))
+        com_x, com_y, _ = self._fixed_share.dot(centres).tolist()
         return PostureFrame(
-            qpos=np.array(qpos),
-            hinges=np.array(qpos[self.columns]),
-            com_fixed=self._share[self._fixed] @ centres[self._fixed, :2],
-            centre=centre,
+            qpos=qpos,
+            hinges=qpos.take(self.columns),
+            com_fixed=(com_x, com_y),
+            centre=None if centre is None else tuple(centre.tolist()),
             fixed_smoothness=fixed_smoothness,
-            anchors=np.stack(anchors),
+            anchors=anchors.take(self._moved, axis=1),
         )
 
-    def _norm(self, difference: Array) -> Array:
-        return np.asarray(np.sqrt(np.add.reduce(difference * difference, axis=-1) + self._eps2) - self._eps)
+    def _norm(self, offsets: Array) -> Array:
+        return np.asarray(np.sqrt(np.vecdot(offsets, offsets) + self._eps2))
+
+    def _within(self, hinges: Array) -> Array:
+        return np.minimum(np.maximum(hinges, self.low), self.high)
 
     def _pose(self, frame: PostureFrame, hinges: Array) -> None:
         self._qpos[:] = frame.qpos
@@ -156,90 +184,112 @@ class PostureProblem:
         mujoco.mj_jacSubtreeCom(self.model, self.data, jacobian, 1)
         return jacobian[:2].take(self._velocities, axis=1)
 
-    def costs(self, frame: PostureFrame, hinges: Array) -> Costs:
-        """Cost terms of a frame at (K,) hinges."""
+    def costs(self, frame: PostureFrame, hinges: Array, centres: Array | None = None) -> Costs:
+        """Cost terms of a frame at (K,) hinges, whose body centres (segments, 3) may be known."""
+        if centres is None:
+            return self._at(frame, hinges).costs
+        return self._measured(frame, hinges, centres.take(self._moved, axis=0)).costs
+
+    def _at(self, frame: PostureFrame, hinges: Array) -> _Posture:
         self._pose(frame, hinges)
-        p = self._xipos.take(self._moved_ids, axis=0)
-        s = self.settings
-        n = len(self._share)
-        balance = smoothness = 0.0
+        return self._measured(frame, hinges, self._xipos.take(self._moved_ids, axis=0))
+
+    def _measured(self, frame: PostureFrame, hinges: Array, p: Array) -> _Posture:
+        """The posture with these hinges, of which the bodies that move are centred at `p` (M, 3)."""
+        s, eps, n = self.settings, self._eps, len(self._share)
+        offsets = p - frame.anchors
+        distances = self._norm(offsets)
+        balance = smoothness = x = y = 0.0
         if frame.centre is not None:
-            x, y = (frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre).tolist()
-            balance = sqrt(x * x + y * y + self._eps2) - self._eps
-        style, *others = np.add.reduce(self._norm(p - frame.anchors), axis=1).tolist()
+            x, y, _ = self._moved_share.dot(p).tolist()
+            x += frame.com_fixed[0] - frame.centre[0]
+            y += frame.com_fixed[1] - frame.centre[1]
+            balance = sqrt(x * x + y * y + self._eps2) - eps
+        style, *others = (np.add.reduce(distances, axis=1) - len(p) * eps).tolist()
         style /= n
         if others:
             smoothness = (others[0] + frame.fixed_smoothness) / n
         total = s.balance_weight * balance + s.style_weight * style + s.smoothness_weight * smoothness
         change = hinges - frame.hinges
-        total += s.joint_weight / 2 * float(change @ change)
-        return Costs(balance, style, smoothness, total)
+        total += s.joint_weight / 2 * float(change.dot(change))
+        return _Posture(hinges, offsets, distances, (x, y, balance + eps), Costs(balance, style, smoothness, total))
 
     def gradient(self, frame: PostureFrame, hinges: Array) -> tuple[Array, Array]:
         """Gradient (K,) [m/rad] of a frame's cost at (K,) hinges [rad], and the (K, K) Gauss-Newton matrix [m/rad^2]."""
-        self._pose(frame, hinges)
-        return self._gradient_here(frame, hinges)
+        return self._gradient_here(frame, self._at(frame, hinges))
 
-    def _gradient_here(self, frame: PostureFrame, hinges: Array) -> tuple[Array, Array]:
-        """`gradient` at the hinges that `_pose` was called with last."""
+    def _gradient_here(self, frame: PostureFrame, posture: _Posture) -> tuple[Array, Array]:
+        """`gradient` at the posture that `_pose` was called with last: of a sum of squares that touches the cost there."""
         model, data, s = self.model, self.data, self.settings
         mujoco.mj_comPos(model, data)
-        for body_id, out in self._rows:
+        for body_id, out in self._jacobians:
             mujoco.mj_jacBodyCom(model, data, out, None, body_id)
-        jacobian = self._jacobian.take(self._velocities, axis=2)  # (M, 3, K), in C order as reshaped below
-        p = self._xipos.take(self._moved_ids, axis=0)
-        r = p - frame.anchors
-        pulls = self._weights[: len(r)] / np.sqrt(np.add.reduce(r * r, axis=2) + self._eps2)  # (1 or 2, M)
-        force, pull = np.add.reduce(pulls[..., None] * r, axis=0), np.add.reduce(pulls, axis=0)
-        flat = jacobian.reshape(-1, len(self.columns))
-        gradient = force.ravel() @ flat
-        weighted = flat * np.repeat(np.sqrt(pull), 3)[:, None]
-        curvature = weighted.T @ weighted
-        gradient = gradient + s.joint_weight * (hinges - frame.hinges)
-        curvature[self._diagonal] += s.joint_weight
+        jacobian = self._jacobian.take(self._velocities, axis=2)  # (M, 3, K)
+        pulls = self._weights[: len(posture.distances)] / posture.distances  # (1 or 2, M)
+        force, root = np.add.reduce(pulls[..., None] * posture.offsets, axis=0), np.sqrt(np.add.reduce(pulls, axis=0))
+        np.multiply(jacobian, root[:, None, None], out=self._body_rows)
+        np.divide(force, root[:, None], out=self._body_residuals)
+        rows, residuals = self._rows[:-2], self._residuals[:-2]
         if frame.centre is not None:
-            r = frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre
-            scale = s.balance_weight / np.sqrt(r @ r + self._eps2)
-            com = (self._moved_share[None] @ jacobian[:, :2].reshape(len(p), -1)).reshape(2, len(self.columns))
-            gradient = gradient + scale * (r @ com)
-            curvature += scale * (com.T @ com)
+            x, y, distance = posture.com
+            scale = sqrt(s.balance_weight / distance)
+            com = self._moved_share.dot(jacobian.reshape(len(jacobian), -1)).reshape(3, -1)
+            np.multiply(com[:2], scale, out=self._rows[-2:])
+            self._residuals[-2:] = x * scale, y * scale
+            rows, residuals = self._rows, self._residuals
+        gradient = residuals.dot(rows) + s.joint_weight * (posture.hinges - frame.hinges)
+        curvature = rows.T @ rows
+        _diagonal(curvature)[:] += s.joint_weight
         return gradient, curvature
 
-    def minimise(self, frame: PostureFrame, start: Array) -> tuple[Array, int]:
-        """Descend from (K,) hinges, within the joint limits, in at most `settings.max_steps` steps.
+    def minimise(self, frame: PostureFrame, *starts: Array) -> tuple[Array, int]:
+        """Descend from the best of some (K,) hinges, brought within the joint limits, in at most `settings.max_steps` steps.
 
         Returns:
-            The hinges, of no higher cost than the start; and the steps taken.
+            The hinges, of no higher cost than the starts; and the steps taken.
         """
-        hinges = start
-        first = cost = self.costs(frame, hinges).total
+        tried = [self._at(frame, self._within(start)) for start in starts]
+        best = min(tried, key=lambda posture: posture.costs.total)
+        if best is not tried[-1]:
+            self._pose(frame, best.hinges)
+        first = best.costs.total
         steps = 0
         while steps < self.settings.max_steps:
-            gradient, curvature = self._gradient_here(frame, hinges)  # their cost was the last to be computed
-            held = ((hinges <= self.low) & (gradient > 0)) | ((hinges >= self.high) & (gradient < 0))
-            if held.any():  # a hinge pressed against its limit takes no part in this step
-                gradient = np.where(held, 0.0, gradient)
-                curvature[held] = 0.0
-                curvature[:, held] = 0.0
-            curvature[self._diagonal] += _DAMPING + held
-            _, direction, failed = dposv(curvature, gradient)
-            if failed:
-                direction = gradient
-            length = 1.0
-            for _ in range(6):
-                trial = np.minimum(np.maximum(hinges - length * direction, self.low), self.high)
-                trial_cost = self.costs(frame, trial).total
-                if trial_cost < cost:
-                    break
-                length /= 2
-            else:
+            found = self._step(frame, best)
+            if found is None:
                 break
             steps += 1
-            gained = cost - trial_cost
-            hinges, cost = trial, trial_cost
-            if gained < _ENOUGH * (first - cost) or gained < 1e-7:
+            gained, best = best.costs.total - found.costs.total, found
+            if gained < _ENOUGH * (first - found.costs.total) or gained < 1e-7:
                 break
-        return hinges, steps
+        return best.hinges, steps
+
+    def _step(self, frame: PostureFrame, posture: _Posture) -> _Posture | None:
+        """One step down from the posture that `_pose` was called with last; None where there is none."""
+        gradient, curvature = self._gradient_here(frame, posture)
+        hinges, diagonal = posture.hinges, _diagonal(curvature)
+        held = hinges == np.where(gradient > 0, self.low, self.high)
+        if np.count_nonzero(held):  # a hinge pressed against its limit takes no part in this step
+            gradient[held] = 0.0
+            curvature[held] = 0.0
+            curvature[:, held] = 0.0
+            diagonal[held] = 1.0
+        diagonal += _DAMPING
+        _, direction, failed = dposv(curvature.T, gradient, overwrite_a=True)  # symmetric; LAPACK wants columns
+        if failed:
+            direction = gradient
+        length = 1.0
+        for _ in range(6):
+            trial = self._at(frame, self._within(hinges - length * direction))
+            if trial.costs.total < posture.costs.total:
+                return trial
+            length /= 2
+        return None
+
+
+def _diagonal(matrix: Array) -> Array:
+    """View (K,) of the diagonal of a matrix (K, K)."""
+    return matrix.reshape(-1)[:: len(matrix) + 1]
 
 
 def _moved_segments(model: mujoco.MjModel, joint_ids: IntArray) -> NDArray[np.bool_]:

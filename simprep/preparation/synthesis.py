@@ -174,7 +174,7 @@ def synthesise(
     if optimise and character.balancing and (level >= settings.threshold).any():
         centre = support_centre(*support)
         share = change_share(level, fps, settings)
-        optimised = optimise_postures(qpos, kinematics.com, centre, share, fps, character, settings, measure)
+        optimised = optimise_postures(qpos, kinematics, centre, share, fps, character, settings, measure)
         qpos = optimised.qpos
     elif measure:
         centre = support_centre(*support)

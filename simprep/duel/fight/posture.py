@@ -81,7 +81,7 @@ def _optimise(motion: Motion, weight: FloatArray, settings: PreparationSettings)
     before = forward_kinematics(motion.qpos, motion.character)
     centre = support_centre(*support_points(before.foot_points, motion.contacts))
     found = optimise_postures(
-        motion.qpos, before.com, centre, np.ones(len(motion)), motion.fps, motion.character, settings, measure=False
+        motion.qpos, before, centre, np.ones(len(motion)), motion.fps, motion.character, settings, measure=False
     )
     hands = [motion.character.segment(f"{side}_hand") for side in SIDES]
     fists = before.xipos[:, hands]
