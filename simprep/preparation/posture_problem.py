@@ -19,6 +19,7 @@ from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
 
+_ONES = np.ones(3)
 _DAMPING = 1e-5  # keeps hinges that move no body centre (wrist, pronation) where they are
 _ENOUGH = 2e-3  # a step that gains less than this share of the reduction so far is the last
 
@@ -46,8 +47,8 @@ class PostureFrame:
     Attributes:
         qpos: (nq,) blended posture.
         hinges: (K,) its balancing hinges [rad].
-        com_fixed: part of the bodies that do not move in the COM on the floor, x and y [m].
-        centre: x and y of where C_b wants the COM on the floor [m]; None leaves out C_b.
+        com_fixed: (2,) part of the bodies that do not move in the COM on the floor [m].
+        centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
         fixed_smoothness: part of the bodies that do not move in the sum of C_m [m per frame squared].
         anchors: (1, M, 3) body centres of the blended posture, of the bodies that move [m]; or (2, M, 3), followed by
             those that continue the two frames before in a straight line, for C_m.
@@ -55,8 +56,8 @@ class PostureFrame:
 
     qpos: Array
     hinges: Array
-    com_fixed: tuple[float, float]
-    centre: tuple[float, float] | None
+    com_fixed: Array
+    centre: Array | None
     fixed_smoothness: float
     anchors: Array
 
@@ -67,14 +68,14 @@ class _Posture(NamedTuple):
     Attributes:
         hinges: (K,) [rad].
         offsets: (1 or 2, M, 3) of the body centres from the anchors [m]; distances: (1 or 2, M) their smooth norms.
-        com: x and y from where C_b wants the COM, and the smooth norm [m].
+        com: (2,) from where C_b wants the COM [m]; None without C_b.
         costs: see `Costs`.
     """
 
     hinges: Array
     offsets: Array
     distances: Array
-    com: tuple[float, float, float]
+    com: Array | None
     costs: Costs
 
 
@@ -100,16 +101,13 @@ class PostureProblem:
         self.low = self.model.jnt_range[1 + joints, 0]
         self.high = self.model.jnt_range[1 + joints, 1]
         moved = _moved_segments(self.model, 1 + joints)
-        self._moved, self._fixed = np.flatnonzero(moved), (~moved).astype(np.float64)
+        self._moved, self._fixed = np.flatnonzero(moved), np.flatnonzero(~moved)
         self._moved_ids = self._moved + 1  # in the model, which begins with the world
         mass = self.model.body_mass[1:]
         self._share = mass / mass.sum()
-        self._moved_share, self._fixed_share = self._share[self._moved], self._share * self._fixed
-        m, k = len(self._moved), len(joints)
-        self._jacobian = np.zeros((m, 3, self.model.nv))
+        self._moved_share, self._fixed_share = self._share[self._moved], self._share[self._fixed]
+        self._jacobian = np.zeros((len(self._moved), 3, self.model.nv))
         self._jacobians = [(int(i), self._jacobian[row]) for row, i in enumerate(self._moved_ids)]
-        self._rows, self._residuals = np.zeros((3 * m + 2, k)), np.zeros(3 * m + 2)  # of the bodies, then of the COM
-        self._body_rows, self._body_residuals = self._rows[:-2].reshape(m, 3, k), self._residuals[:-2].reshape(m, 3)
         self._eps = settings.smooth_norm
         self._eps2 = self._eps**2
         self._weights = np.array([[settings.style_weight], [settings.smoothness_weight]]) / len(mass)
@@ -138,19 +136,19 @@ class PostureProblem:
         if last is not None and before_last is not None:
             straight_on = 2 * last - before_last
             anchors = np.array([centres, straight_on])
-            fixed_smoothness = float(self._fixed.dot(self._norm(centres - straight_on) - self._eps))
-        com_x, com_y, _ = self._fixed_share.dot(centres).tolist()
+            fixed_smoothness = float(np.add.reduce((self._distances(centres - straight_on) - self._eps)[self._fixed]))
         return PostureFrame(
             qpos=qpos,
             hinges=qpos.take(self.columns),
-            com_fixed=(com_x, com_y),
-            centre=None if centre is None else tuple(centre.tolist()),
+            com_fixed=self._fixed_share @ centres[self._fixed, :2],
+            centre=centre,
             fixed_smoothness=fixed_smoothness,
             anchors=anchors.take(self._moved, axis=1),
         )
 
-    def _norm(self, offsets: Array) -> Array:
-        return np.asarray(np.sqrt(np.vecdot(offsets, offsets) + self._eps2))
+    def _distances(self, offsets: Array) -> Array:
+        """Smooth norms (...) of (..., 3), not yet 0 at 0."""
+        return np.asarray(np.sqrt((offsets * offsets) @ _ONES + self._eps2))
 
     def _within(self, hinges: Array) -> Array:
         return np.minimum(np.maximum(hinges, self.low), self.high)
@@ -196,50 +194,46 @@ class PostureProblem:
 
     def _measured(self, frame: PostureFrame, hinges: Array, p: Array) -> _Posture:
         """The posture with these hinges, of which the bodies that move are centred at `p` (M, 3)."""
-        s, eps, n = self.settings, self._eps, len(self._share)
+        s, n = self.settings, len(self._share)
         offsets = p - frame.anchors
-        distances = self._norm(offsets)
-        balance = smoothness = x = y = 0.0
+        distances = self._distances(offsets)
+        balance, smoothness, com = 0.0, 0.0, None
         if frame.centre is not None:
-            x, y, _ = self._moved_share.dot(p).tolist()
-            x += frame.com_fixed[0] - frame.centre[0]
-            y += frame.com_fixed[1] - frame.centre[1]
-            balance = sqrt(x * x + y * y + self._eps2) - eps
-        style, *others = (np.add.reduce(distances, axis=1) - len(p) * eps).tolist()
+            com = frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre
+            x, y = com.tolist()
+            balance = sqrt(x * x + y * y + self._eps2) - self._eps
+        style, *others = np.add.reduce(distances - self._eps, axis=1).tolist()
         style /= n
         if others:
             smoothness = (others[0] + frame.fixed_smoothness) / n
         total = s.balance_weight * balance + s.style_weight * style + s.smoothness_weight * smoothness
         change = hinges - frame.hinges
         total += s.joint_weight / 2 * float(change.dot(change))
-        return _Posture(hinges, offsets, distances, (x, y, balance + eps), Costs(balance, style, smoothness, total))
+        return _Posture(hinges, offsets, distances, com, Costs(balance, style, smoothness, total))
 
     def gradient(self, frame: PostureFrame, hinges: Array) -> tuple[Array, Array]:
         """Gradient (K,) [m/rad] of a frame's cost at (K,) hinges [rad], and the (K, K) Gauss-Newton matrix [m/rad^2]."""
         return self._gradient_here(frame, self._at(frame, hinges))
 
     def _gradient_here(self, frame: PostureFrame, posture: _Posture) -> tuple[Array, Array]:
-        """`gradient` at the posture that `_pose` was called with last: of a sum of squares that touches the cost there."""
+        """`gradient` at the posture that `_pose` was called with last."""
         model, data, s = self.model, self.data, self.settings
         mujoco.mj_comPos(model, data)
         for body_id, out in self._jacobians:
             mujoco.mj_jacBodyCom(model, data, out, None, body_id)
         jacobian = self._jacobian.take(self._velocities, axis=2)  # (M, 3, K)
+        flat = jacobian.reshape(-1, len(self.columns))
         pulls = self._weights[: len(posture.distances)] / posture.distances  # (1 or 2, M)
-        force, root = np.add.reduce(pulls[..., None] * posture.offsets, axis=0), np.sqrt(np.add.reduce(pulls, axis=0))
-        np.multiply(jacobian, root[:, None, None], out=self._body_rows)
-        np.divide(force, root[:, None], out=self._body_residuals)
-        rows, residuals = self._rows[:-2], self._residuals[:-2]
-        if frame.centre is not None:
-            x, y, distance = posture.com
-            scale = sqrt(s.balance_weight / distance)
-            com = self._moved_share.dot(jacobian.reshape(len(jacobian), -1)).reshape(3, -1)
-            np.multiply(com[:2], scale, out=self._rows[-2:])
-            self._residuals[-2:] = x * scale, y * scale
-            rows, residuals = self._rows, self._residuals
-        gradient = residuals.dot(rows) + s.joint_weight * (posture.hinges - frame.hinges)
-        curvature = rows.T @ rows
+        force, pull = np.add.reduce(pulls[..., None] * posture.offsets, axis=0), np.add.reduce(pulls, axis=0)
+        gradient = force.ravel().dot(flat) + s.joint_weight * (posture.hinges - frame.hinges)
+        weighted = (jacobian * np.sqrt(pull)[:, None, None]).reshape(flat.shape)
+        curvature = weighted.T.dot(weighted)
         _diagonal(curvature)[:] += s.joint_weight
+        if posture.com is not None:
+            scale = s.balance_weight / sqrt(posture.com.dot(posture.com) + self._eps2)
+            com = self._moved_share.dot(jacobian[:, :2].reshape(len(jacobian), -1)).reshape(2, -1)
+            gradient += scale * posture.com.dot(com)
+            curvature += scale * com.T.dot(com)
         return gradient, curvature
 
     def minimise(self, frame: PostureFrame, *starts: Array) -> tuple[Array, int]:
