@@ -35,7 +35,7 @@ def smooth_path_in_discs(wanted: Array, centre: Array, radius: Array, tau: float
     """
     n = len(wanted)
     bound = np.isfinite(radius)
-    centre = np.where(bound[:, None], centre, 0.0)
+    wanted, centre = np.ascontiguousarray(wanted.T), np.where(bound, centre.T, 0.0)  # rows are x and y: LAPACK's order
     bands = np.zeros((3, n))
     bands[0] = 1.0 + _PENALTY * bound
     for i, a in enumerate((1.0, -2.0, 1.0)):
@@ -45,15 +45,16 @@ def smooth_path_in_discs(wanted: Array, centre: Array, radius: Array, tau: float
     factor = cholesky_banded(bands, lower=True)
     x = z = wanted
     dual = np.zeros_like(wanted)
-    penalty = _PENALTY * bound[:, None]
+    penalty = _PENALTY * bound
     for _ in range(_ITERATIONS):
-        x, _ = dpbtrs(factor, wanted + penalty * (z - dual), lower=True)
+        x = dpbtrs(factor, (wanted + penalty * (z - dual)).T, lower=True, overwrite_b=True)[0].T
         free = x + dual
         offset = free - centre
-        length = np.sqrt(offset[:, 0] * offset[:, 0] + offset[:, 1] * offset[:, 1])
-        z = centre + offset * np.minimum(1.0, radius / np.maximum(length, 1e-12))[:, None]
+        square = offset * offset
+        length = np.sqrt(square[0] + square[1])
+        z = centre + offset * np.minimum(1.0, radius / np.maximum(length, 1e-12))
         dual = free - z
-    return np.asarray(x)
+    return np.asarray(x.T)
 
 
 def displacement_path(pull: Array, reach: float, tau: float) -> Array:
