@@ -45,7 +45,7 @@ def smooth_path_in_discs(wanted: Array, centre: Array, radius: Array, tau: float
     factor = cholesky_banded(bands, lower=True)
     x = z = wanted
     dual = np.zeros_like(wanted)
-    penalty = _PENALTY * bound
+    penalty = np.tile(_PENALTY * bound, (2, 1))
     for _ in range(_ITERATIONS):
         x = dpbtrs(factor, (wanted + penalty * (z - dual)).T, lower=True, overwrite_b=True)[0].T
         free = x + dual
@@ -80,7 +80,10 @@ def displacement_repair(moved: Array, pull: Array, share: Array, tau: float) -> 
         tau: time constant [frames].
     """
     radius = np.where(share > 0, _radius(pull, share * _REPAIR_MARGIN), np.inf)
-    return smooth_path_in_discs(np.zeros_like(moved), pull - moved, radius, tau) * (share > 0)[:, None]
+    centre, none = pull - moved, np.zeros_like(moved)
+    if not (np.linalg.norm(centre, axis=1) > radius).any():  # near enough everywhere
+        return none
+    return smooth_path_in_discs(none, centre, radius, tau) * (share > 0)[:, None]
 
 
 def _radius(pull: Array, share: Array) -> Array:

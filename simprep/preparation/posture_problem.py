@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from scipy.linalg.lapack import dposv
 
 from simprep.character import Character, IntArray
+from simprep.motion.kinematics import working_memory
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
@@ -93,7 +94,7 @@ class PostureProblem:
 
     def __init__(self, character: Character, settings: PreparationSettings = DEFAULT_SETTINGS) -> None:
         self.model = character.model
-        self.data = mujoco.MjData(self.model)
+        self.data = working_memory(self.model)
         self.settings = settings
         joints = character.joint_indices(character.balancing)
         self.columns = 7 + joints
