@@ -37,11 +37,18 @@ def hull_edges(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[
         mask: (T, P) points that count.
     """
     points, mask = np.asarray(points, dtype=np.float64), np.asarray(mask, dtype=bool)
+    edges = np.zeros((*mask.shape, mask.shape[1]), dtype=bool)
+    for pattern in set(map(tuple, mask.tolist())):  # points that do not count cost most of the time
+        frames, counted = np.flatnonzero((mask == pattern).all(axis=1)), np.flatnonzero(pattern)
+        edges[np.ix_(frames, counted, counted)] = _edges_of_all(points[np.ix_(frames, counted)])
+    return edges
+
+
+def _edges_of_all(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """`hull_edges` where every point counts."""
     difference = points[:, None, :, :] - points[:, :, None, :]  # (T, i, j, 2) from i to j
     length = np.linalg.norm(difference, axis=-1)
-    earlier = np.tril(np.ones(mask.shape[1:] * 2, dtype=bool), -1)
-    repeated = ((length < _SAME_M) & earlier & mask[:, None, :]).any(axis=2)
-    mask = mask & ~repeated
+    mask = ~((length < _SAME_M) & np.tri(points.shape[1], k=-1, dtype=bool)).any(axis=2)  # the first of equal points
     usable = mask[:, :, None] & mask[:, None, :] & (length >= _SAME_M)
     # of point k as seen from edge i -> j: offset to the left, and position along it
     unit = difference / np.maximum(length, _SAME_M)[..., None]

@@ -67,13 +67,14 @@ class _Posture(NamedTuple):
     """A frame's costs at some hinges, and what its gradient there takes from them.
 
     Attributes:
-        hinges: (K,) [rad].
+        hinges, change: (K,) and their difference from the blended ones [rad].
         offsets: (1 or 2, M, 3) of the body centres from the anchors [m]; distances: (1 or 2, M) their smooth norms.
         com: (2,) from where C_b wants the COM [m]; None without C_b.
         costs: see `Costs`.
     """
 
     hinges: Array
+    change: Array
     offsets: Array
     distances: Array
     com: Array | None
@@ -210,7 +211,7 @@ class PostureProblem:
         total = s.balance_weight * balance + s.style_weight * style + s.smoothness_weight * smoothness
         change = hinges - frame.hinges
         total += s.joint_weight / 2 * float(change.dot(change))
-        return _Posture(hinges, offsets, distances, com, Costs(balance, style, smoothness, total))
+        return _Posture(hinges, change, offsets, distances, com, Costs(balance, style, smoothness, total))
 
     def gradient(self, frame: PostureFrame, hinges: Array) -> tuple[Array, Array]:
         """Gradient (K,) [m/rad] of a frame's cost at (K,) hinges [rad], and the (K, K) Gauss-Newton matrix [m/rad^2]."""
@@ -226,7 +227,7 @@ class PostureProblem:
         flat = jacobian.reshape(-1, len(self.columns))
         pulls = self._weights[: len(posture.distances)] / posture.distances  # (1 or 2, M)
         force, pull = np.add.reduce(pulls[..., None] * posture.offsets, axis=0), np.add.reduce(pulls, axis=0)
-        gradient = force.ravel().dot(flat) + s.joint_weight * (posture.hinges - frame.hinges)
+        gradient = force.ravel().dot(flat) + s.joint_weight * posture.change
         weighted = (jacobian * np.sqrt(pull)[:, None, None]).reshape(flat.shape)
         curvature = weighted.T.dot(weighted)
         _diagonal(curvature)[:] += s.joint_weight
@@ -273,12 +274,11 @@ class PostureProblem:
         _, direction, failed = dposv(curvature.T, gradient, overwrite_a=True)  # symmetric; LAPACK wants columns
         if failed:
             direction = gradient
-        length = 1.0
         for _ in range(6):
-            trial = self._at(frame, self._within(hinges - length * direction))
+            trial = self._at(frame, self._within(hinges - direction))
             if trial.costs.total < posture.costs.total:
                 return trial
-            length /= 2
+            direction /= 2
         return None
 
 
