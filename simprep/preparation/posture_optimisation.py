@@ -1,6 +1,5 @@
 """Posture optimisation: the upper body moves so that the COM comes over its support (paper, section 5.3, Eq. 6-10)."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +9,7 @@ from scipy.ndimage import gaussian_filter1d
 from simprep.character import Character
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.preparation.com_path import displacement_path, displacement_repair
-from simprep.preparation.posture_problem import PostureFrame, PostureProblem
+from simprep.preparation.posture_problem import PostureProblem
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
@@ -73,12 +72,19 @@ def optimise_postures(
     n = len(qpos)
     change = np.zeros((n, len(problem.columns)))
     steps = np.zeros(n, dtype=np.int64)
-    optimised = blended.xipos.copy()
-    for frame, posture in _frames(problem, qpos, blended.xipos, optimised, goals, share):
-        warm = [posture.hinges + change[frame - 1]] if frame > 0 else []
-        best, steps[frame] = problem.minimise(posture, posture.hinges, *warm)
-        change[frame] = best - posture.hinges
-        optimised[frame] = problem.body_centres(posture, best)
+    before_last, last = (blended.xipos[np.maximum(np.arange(n) - back, 0)] for back in (2, 1))
+    # where the optimisation begins, its history is the blended motion
+    frames = problem.frames(qpos, blended.xipos, goals, 2 * last - before_last, 1 + int(share[0] > 0))
+    active, going_on = np.flatnonzero(share > 0).tolist(), (share > 0).tolist()
+    optimised = blended.xipos.take(problem.moved, axis=1)
+    for t in active:
+        posture = frames[t]
+        if t > 1 and going_on[t - 1]:
+            posture.anchors[1] = 2 * optimised[t - 1] - optimised[t - 2]
+        warm = [posture.hinges + change[t - 1]] if t > 0 else []
+        best, steps[t] = problem.minimise(posture, posture.hinges, *warm)
+        change[t] = best - posture.hinges
+        optimised[t] = problem.moved_centres(posture, best)
     if settings.change_smoothing > 0:
         change = gaussian_filter1d(change, settings.change_smoothing * fps, axis=0, mode="nearest")
     out = qpos.copy()
@@ -90,25 +96,14 @@ def optimise_postures(
 
     before, after = np.full((n, 4), np.nan), np.full((n, 4), np.nan)
     if measure:
-        final = forward_kinematics(out, character).xipos
-        for frame, posture in _frames(problem, qpos, blended.xipos, final, goals, share):
-            before[frame] = problem.costs(posture, posture.hinges, blended.xipos[frame])
-            after[frame] = problem.costs(posture, out[frame, problem.columns], final[frame])
+        final = forward_kinematics(out, character).xipos.take(problem.moved, axis=1)
+        for t in active:
+            posture = frames[t]
+            if t > 1 and going_on[t - 1]:
+                posture.anchors[1] = 2 * final[t - 1] - final[t - 2]
+            before[t] = problem.costs(posture, posture.hinges, posture.anchors[0])
+            after[t] = problem.costs(posture, out[t, problem.columns], final[t])
     return OptimisedPostures(out, before, after, steps, goals)
-
-
-def _frames(
-    problem: PostureProblem, qpos: Array, blended: Array, optimised: Array, goals: Array, share: Array
-) -> Iterator[tuple[int, PostureFrame]]:
-    """Frames with a share, one after the other; body centres (T, segments, 3) are read when the frame is reached."""
-    absent = np.isnan(goals[:, 0]).tolist()
-    for frame in np.flatnonzero(share > 0).tolist():
-        history: tuple[Array, ...] = ()
-        if frame > 0 and share[frame - 1] <= 0:  # the optimisation begins: its history is the blended motion
-            history = blended[frame - 1], blended[max(frame - 2, 0)]
-        elif frame > 1:
-            history = optimised[frame - 1], optimised[frame - 2]
-        yield frame, problem.frame(qpos[frame], None if absent[frame] else goals[frame], *history, centres=blended[frame])
 
 
 def _repair(problem: PostureProblem, qpos: Array, com: Array, centres: Array, share: Array, fps: float) -> None:

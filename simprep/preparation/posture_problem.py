@@ -91,6 +91,7 @@ class PostureProblem:
     Attributes:
         columns: (K,) entries of a pose that the optimisation changes.
         low: (K,) lower limits [rad], high: (K,) upper limits.
+        moved: (M,) segments that move.
     """
 
     def __init__(self, character: Character, settings: PreparationSettings = DEFAULT_SETTINGS) -> None:
@@ -103,12 +104,12 @@ class PostureProblem:
         self.low = self.model.jnt_range[1 + joints, 0]
         self.high = self.model.jnt_range[1 + joints, 1]
         moved = _moved_segments(self.model, 1 + joints)
-        self._moved, self._fixed = np.flatnonzero(moved), np.flatnonzero(~moved)
-        self._moved_ids = self._moved + 1  # in the model, which begins with the world
+        self.moved, self._fixed = np.flatnonzero(moved), np.flatnonzero(~moved)
+        self._moved_ids = self.moved + 1  # in the model, which begins with the world
         mass = self.model.body_mass[1:]
         self._share = mass / mass.sum()
-        self._moved_share, self._fixed_share = self._share[self._moved], self._share[self._fixed]
-        self._jacobian = np.zeros((len(self._moved), 3, self.model.nv))
+        self._moved_share, self._fixed_share = self._share[self.moved], self._share[self._fixed]
+        self._jacobian = np.zeros((len(self.moved), 3, self.model.nv))
         self._jacobians = [(int(i), self._jacobian[row]) for row, i in enumerate(self._moved_ids)]
         self._eps = settings.smooth_norm
         self._eps2 = self._eps**2
@@ -117,12 +118,7 @@ class PostureProblem:
         self._xipos = self.data.xipos
 
     def frame(
-        self,
-        qpos: Array,
-        centre: Array | None,
-        last: Array | None = None,
-        before_last: Array | None = None,
-        centres: Array | None = None,
+        self, qpos: Array, centre: Array | None, last: Array | None = None, before_last: Array | None = None
     ) -> PostureFrame:
         """A frame whose posture is to be optimised.
 
@@ -131,22 +127,32 @@ class PostureProblem:
             centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
             last: (segments, 3) optimised body centres one frame earlier [m]; None leaves out C_m.
             before_last: (segments, 3) two frames earlier.
-            centres: (segments, 3) `centres_of` the posture, where they are known.
         """
-        centres = self.centres_of(qpos) if centres is None else centres
-        anchors, fixed_smoothness = centres[None], 0.0
-        if last is not None and before_last is not None:
-            straight_on = 2 * last - before_last
-            anchors = np.array([centres, straight_on])
-            fixed_smoothness = float(np.add.reduce((self._distances(centres - straight_on) - self._eps)[self._fixed]))
-        return PostureFrame(
-            qpos=qpos,
-            hinges=qpos.take(self.columns),
-            com_fixed=self._fixed_share @ centres[self._fixed, :2],
-            centre=centre,
-            fixed_smoothness=fixed_smoothness,
-            anchors=anchors.take(self._moved, axis=1),
-        )
+        centres = self.centres_of(qpos)
+        goal = np.full(2, np.nan) if centre is None else centre
+        if last is None or before_last is None:
+            return self.frames(qpos[None], centres[None], goal[None], centres[None], 1)[0]
+        return self.frames(qpos[None], centres[None], goal[None], (2 * last - before_last)[None], 0)[0]
+
+    def frames(self, qpos: Array, centres: Array, goals: Array, straight_on: Array, first: int) -> list[PostureFrame]:
+        """Frames of a motion, whose second `anchors` may be set until they are used.
+
+        Args:
+            qpos: (T, nq) blended postures.
+            centres: (T, segments, 3) their body centres [m].
+            goals: (T, 2) where C_b wants the COM on the floor [m]; NaN leaves out C_b.
+            straight_on: (T, segments, 3) body centres that continue the two frames before in a straight line [m].
+            first: first frame with C_m.
+        """
+        offsets = (centres - straight_on).take(self._fixed, axis=1)
+        smoothness = np.add.reduce(self._distances(offsets) - self._eps, axis=1).tolist()
+        com_fixed = self._fixed_share @ np.ascontiguousarray(centres.take(self._fixed, axis=1)[..., :2])
+        hinges = qpos.take(self.columns, axis=1)
+        anchors = np.stack([centres, straight_on], axis=1).take(self.moved, axis=2)
+        return [
+            PostureFrame(*parts[:3], None if np.isnan(goal[0]) else goal, *parts[3:], anchor[: 1 + (t >= first)])
+            for t, (goal, anchor, *parts) in enumerate(zip(goals, anchors, qpos, hinges, com_fixed, smoothness))
+        ]
 
     def _distances(self, offsets: Array) -> Array:
         """Smooth norms (...) of (..., 3), not yet 0 at 0."""
@@ -160,10 +166,10 @@ class PostureProblem:
         self._qpos[self.columns] = hinges
         mujoco.mj_kinematics(self.model, self.data)
 
-    def body_centres(self, frame: PostureFrame, hinges: Array) -> Array:
-        """Body centres (segments, 3) of a frame with these balancing hinges, world [m]."""
+    def moved_centres(self, frame: PostureFrame, hinges: Array) -> Array:
+        """Centres (M, 3) of the bodies that move, with these balancing hinges, world [m]."""
         self._pose(frame, hinges)
-        return np.array(self._xipos[1:])
+        return self._xipos.take(self._moved_ids, axis=0)
 
     def centres_of(self, qpos: Array) -> Array:
         """Body centres (segments, 3) of a whole posture (nq,)."""
@@ -184,18 +190,12 @@ class PostureProblem:
         mujoco.mj_jacSubtreeCom(self.model, self.data, jacobian, 1)
         return jacobian[:2].take(self._velocities, axis=1)
 
-    def costs(self, frame: PostureFrame, hinges: Array, centres: Array | None = None) -> Costs:
-        """Cost terms of a frame at (K,) hinges, whose body centres (segments, 3) may be known."""
-        if centres is None:
-            return self._at(frame, hinges).costs
-        return self._measured(frame, hinges, centres.take(self._moved, axis=0)).costs
+    def costs(self, frame: PostureFrame, hinges: Array, moved: Array | None = None) -> Costs:
+        """Cost terms of a frame at (K,) hinges, whose `moved_centres` may be known."""
+        return self._at(frame, hinges, moved).costs
 
-    def _at(self, frame: PostureFrame, hinges: Array) -> _Posture:
-        self._pose(frame, hinges)
-        return self._measured(frame, hinges, self._xipos.take(self._moved_ids, axis=0))
-
-    def _measured(self, frame: PostureFrame, hinges: Array, p: Array) -> _Posture:
-        """The posture with these hinges, of which the bodies that move are centred at `p` (M, 3)."""
+    def _at(self, frame: PostureFrame, hinges: Array, moved: Array | None = None) -> _Posture:
+        p = self.moved_centres(frame, hinges) if moved is None else moved
         s, n = self.settings, len(self._share)
         offsets = p - frame.anchors
         distances = self._distances(offsets)
