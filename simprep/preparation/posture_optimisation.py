@@ -98,11 +98,11 @@ def optimise_postures(
     if measure:
         final = forward_kinematics(out, character).xipos.take(problem.moved, axis=1)
         for t in active:
-            posture = frames[t]
             if t > 1 and going_on[t - 1]:
-                posture.anchors[1] = 2 * final[t - 1] - final[t - 2]
-            before[t] = problem.costs(posture, posture.hinges, posture.anchors[0])
-            after[t] = problem.costs(posture, out[t, problem.columns], final[t])
+                frames[t].anchors[1] = 2 * final[t - 1] - final[t - 2]
+        used = [frames[t] for t in active]
+        for costs, poses, moved in ((before, qpos, blended.xipos.take(problem.moved, axis=1)), (after, out, final)):
+            costs[active] = problem.costs_of_all(used, poses[active][:, problem.columns], moved[active])
     return OptimisedPostures(out, before, after, steps, goals)
 
 

@@ -190,12 +190,27 @@ class PostureProblem:
         mujoco.mj_jacSubtreeCom(self.model, self.data, jacobian, 1)
         return jacobian[:2].take(self._velocities, axis=1)
 
-    def costs(self, frame: PostureFrame, hinges: Array, moved: Array | None = None) -> Costs:
-        """Cost terms of a frame at (K,) hinges, whose `moved_centres` may be known."""
-        return self._at(frame, hinges, moved).costs
+    def costs(self, frame: PostureFrame, hinges: Array) -> Costs:
+        """Cost terms of a frame at (K,) hinges."""
+        return self._at(frame, hinges).costs
 
-    def _at(self, frame: PostureFrame, hinges: Array, moved: Array | None = None) -> _Posture:
-        p = self.moved_centres(frame, hinges) if moved is None else moved
+    def costs_of_all(self, frames: list[PostureFrame], hinges: Array, moved: Array) -> Array:
+        """`costs` (N, 4) of N frames at (N, K) hinges, with their `moved_centres` (N, M, 3)."""
+        s, n = self.settings, len(self._share)
+        blended, straight_on = (np.array([frame.anchors[i] for frame in frames]) for i in (0, -1))
+        style, smoothness = ((self._distances(moved - at) - self._eps).sum(axis=1) / n for at in (blended, straight_on))
+        smoothness += np.array([frame.fixed_smoothness for frame in frames]) / n
+        smoothness[[len(frame.anchors) == 1 for frame in frames]] = 0.0
+        fixed = [frame.com_fixed - np.nan if frame.centre is None else frame.com_fixed - frame.centre for frame in frames]
+        com = np.array(fixed) + self._moved_share @ moved[..., :2]
+        balance = np.nan_to_num(np.sqrt((com * com).sum(axis=1) + self._eps2) - self._eps)
+        change = hinges - np.array([frame.hinges for frame in frames])
+        total = s.balance_weight * balance + s.style_weight * style + s.smoothness_weight * smoothness
+        total += s.joint_weight / 2 * (change * change).sum(axis=1)
+        return np.stack([balance, style, smoothness, total], axis=1)
+
+    def _at(self, frame: PostureFrame, hinges: Array) -> _Posture:
+        p = self.moved_centres(frame, hinges)
         s, n = self.settings, len(self._share)
         offsets = p - frame.anchors
         distances = self._distances(offsets)
