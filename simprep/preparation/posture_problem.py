@@ -20,7 +20,6 @@ from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 Array = NDArray[np.float64]
 
-_ONES = np.ones(3)
 _DAMPING = 1e-5  # keeps hinges that move no body centre (wrist, pronation) where they are
 _ENOUGH = 2e-3  # a step that gains less than this share of the reduction so far is the last
 
@@ -111,6 +110,8 @@ class PostureProblem:
         self._moved_share, self._fixed_share = self._share[self.moved], self._share[self._fixed]
         self._jacobian = np.zeros((len(self.moved), 3, self.model.nv))
         self._jacobians = [(int(i), self._jacobian[row]) for row, i in enumerate(self._moved_ids)]
+        self._rows = np.zeros((3 * len(self.moved) + 2, len(joints)))  # of the Gauss-Newton matrix: bodies, then COM
+        self._body_rows = self._rows[:-2].reshape(len(self.moved), 3, -1)
         self._eps = settings.smooth_norm
         self._eps2 = self._eps**2
         self._weights = np.array([[settings.style_weight], [settings.smoothness_weight]]) / len(mass)
@@ -156,7 +157,7 @@ class PostureProblem:
 
     def _distances(self, offsets: Array) -> Array:
         """Smooth norms (...) of (..., 3), not yet 0 at 0."""
-        return np.asarray(np.sqrt((offsets * offsets) @ _ONES + self._eps2))
+        return np.asarray(np.sqrt(np.vecdot(offsets, offsets) + self._eps2))
 
     def _within(self, hinges: Array) -> Array:
         return np.minimum(np.maximum(hinges, self.low), self.high)
@@ -216,7 +217,7 @@ class PostureProblem:
         distances = self._distances(offsets)
         balance, smoothness, com = 0.0, 0.0, None
         if frame.centre is not None:
-            com = frame.com_fixed + self._moved_share @ p[:, :2] - frame.centre
+            com = self._moved_share.dot(p)[:2] + frame.com_fixed - frame.centre
             x, y = com.tolist()
             balance = sqrt(x * x + y * y + self._eps2) - self._eps
         style, *others = np.add.reduce(distances - self._eps, axis=1).tolist()
@@ -229,7 +230,7 @@ class PostureProblem:
         return _Posture(hinges, change, offsets, distances, com, Costs(balance, style, smoothness, total))
 
     def gradient(self, frame: PostureFrame, hinges: Array) -> tuple[Array, Array]:
-        """Gradient (K,) [m/rad] of a frame's cost at (K,) hinges [rad], and the (K, K) Gauss-Newton matrix [m/rad^2]."""
+        """Gradient (K,) [m/rad] of a frame's cost at (K,) hinges [rad], and the (K, K) damped Gauss-Newton matrix [m/rad^2]."""
         return self._gradient_here(frame, self._at(frame, hinges))
 
     def _gradient_here(self, frame: PostureFrame, posture: _Posture) -> tuple[Array, Array]:
@@ -239,18 +240,18 @@ class PostureProblem:
         for body_id, out in self._jacobians:
             mujoco.mj_jacBodyCom(model, data, out, None, body_id)
         jacobian = self._jacobian.take(self._velocities, axis=2)  # (M, 3, K)
-        flat = jacobian.reshape(-1, len(self.columns))
         pulls = self._weights[: len(posture.distances)] / posture.distances  # (1 or 2, M)
         force, pull = np.add.reduce(pulls[..., None] * posture.offsets, axis=0), np.add.reduce(pulls, axis=0)
-        gradient = force.ravel().dot(flat) + s.joint_weight * posture.change
-        weighted = (jacobian * np.sqrt(pull)[:, None, None]).reshape(flat.shape)
-        curvature = weighted.T.dot(weighted)
-        _diagonal(curvature)[:] += s.joint_weight
+        gradient = force.ravel().dot(jacobian.reshape(force.size, -1)) + s.joint_weight * posture.change
+        np.multiply(jacobian, np.sqrt(pull)[:, None, None], out=self._body_rows)
+        rows = self._rows[:-2]
         if posture.com is not None:
-            scale = s.balance_weight / sqrt(posture.com.dot(posture.com) + self._eps2)
-            com = self._moved_share.dot(jacobian[:, :2].reshape(len(jacobian), -1)).reshape(2, -1)
-            gradient += scale * posture.com.dot(com)
-            curvature += scale * com.T.dot(com)
+            rows, scale = self._rows, s.balance_weight / sqrt(posture.com.dot(posture.com) + self._eps2)
+            com = self._moved_share.dot(jacobian.reshape(len(force), -1)).reshape(3, -1)[:2]
+            gradient += (scale * posture.com).dot(com)
+            np.multiply(com, sqrt(scale), out=rows[-2:])
+        curvature = rows.T.dot(rows)
+        curvature.reshape(-1)[:: len(gradient) + 1] += s.joint_weight + _DAMPING
         return gradient, curvature
 
     def minimise(self, frame: PostureFrame, *starts: Array) -> tuple[Array, int]:
@@ -278,14 +279,13 @@ class PostureProblem:
     def _step(self, frame: PostureFrame, posture: _Posture) -> _Posture | None:
         """One step down from the posture that `_pose` was called with last; None where there is none."""
         gradient, curvature = self._gradient_here(frame, posture)
-        hinges, diagonal = posture.hinges, _diagonal(curvature)
+        hinges = posture.hinges
         held = hinges == np.where(gradient > 0, self.low, self.high)
         if np.count_nonzero(held):  # a hinge pressed against its limit takes no part in this step
             gradient[held] = 0.0
             curvature[held] = 0.0
             curvature[:, held] = 0.0
-            diagonal[held] = 1.0
-        diagonal += _DAMPING
+            curvature[held, held] = 1.0
         _, direction, failed = dposv(curvature.T, gradient, overwrite_a=True)  # symmetric; LAPACK wants columns
         if failed:
             direction = gradient
@@ -295,11 +295,6 @@ class PostureProblem:
                 return trial
             direction /= 2
         return None
-
-
-def _diagonal(matrix: Array) -> Array:
-    """View (K,) of the diagonal of a matrix (K, K)."""
-    return matrix.reshape(-1)[:: len(matrix) + 1]
 
 
 def _moved_segments(model: mujoco.MjModel, joint_ids: IntArray) -> NDArray[np.bool_]:
