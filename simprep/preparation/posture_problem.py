@@ -47,8 +47,7 @@ class PostureFrame:
     Attributes:
         qpos: (nq,) blended posture.
         hinges: (K,) its balancing hinges [rad].
-        com_fixed: (2,) part of the bodies that do not move in the COM on the floor [m].
-        centre: (2,) where C_b wants the COM on the floor [m]; None leaves out C_b.
+        wanted: (2,) where C_b wants the COM on the floor, less the part of the bodies that do not move [m]; None: no C_b.
         fixed_smoothness: part of the bodies that do not move in the sum of C_m [m per frame squared].
         anchors: (1, M, 3) body centres of the blended posture, of the bodies that move [m]; or (2, M, 3), followed by
             those that continue the two frames before in a straight line, for C_m.
@@ -56,27 +55,19 @@ class PostureFrame:
 
     qpos: Array
     hinges: Array
-    com_fixed: Array
-    centre: Array | None
+    wanted: Array | None
     fixed_smoothness: float
     anchors: Array
 
 
 class _Posture(NamedTuple):
-    """A frame's costs at some hinges, and what its gradient there takes from them.
-
-    Attributes:
-        hinges, change: (K,) and their difference from the blended ones [rad].
-        offsets: (1 or 2, M, 3) of the body centres from the anchors [m]; distances: (1 or 2, M) their smooth norms.
-        com: (2,) from where C_b wants the COM [m]; None without C_b.
-        costs: see `Costs`.
-    """
+    """A frame's costs at some hinges, and what its gradient there takes from them."""
 
     hinges: Array
-    change: Array
-    offsets: Array
-    distances: Array
-    com: Array | None
+    change: Array  # (K,) from the blended hinges [rad]
+    offsets: Array  # (1 or 2, M, 3) from the anchors [m]
+    distances: Array  # (1 or 2, M) their smooth norms [m]
+    com: Array | None  # (2,) from where C_b wants it [m]
     costs: Costs
 
 
@@ -131,9 +122,10 @@ class PostureProblem:
         """
         centres = self.centres_of(qpos)
         goal = np.full(2, np.nan) if centre is None else centre
-        if last is None or before_last is None:
-            return self.frames(qpos[None], centres[None], goal[None], centres[None], 1)[0]
-        return self.frames(qpos[None], centres[None], goal[None], (2 * last - before_last)[None], 0)[0]
+        straight_on, first = centres, 1
+        if last is not None and before_last is not None:
+            straight_on, first = 2 * last - before_last, 0
+        return self.frames(qpos[None], centres[None], goal[None], straight_on[None], first)[0]
 
     def frames(self, qpos: Array, centres: Array, goals: Array, straight_on: Array, first: int) -> list[PostureFrame]:
         """Frames of a motion, whose second `anchors` may be set until they are used.
@@ -147,30 +139,31 @@ class PostureProblem:
         """
         offsets = (centres - straight_on).take(self._fixed, axis=1)
         smoothness = np.add.reduce(self._distances(offsets) - self._eps, axis=1).tolist()
-        com_fixed = self._fixed_share @ np.ascontiguousarray(centres.take(self._fixed, axis=1)[..., :2])
+        wanted = goals - self._fixed_share @ centres.take(self._fixed, axis=1)[..., :2]
+        absent = np.isnan(wanted[:, 0]).tolist()
         hinges = qpos.take(self.columns, axis=1)
         anchors = np.stack([centres, straight_on], axis=1).take(self.moved, axis=2)
         return [
-            PostureFrame(*parts[:3], None if np.isnan(goal[0]) else goal, *parts[3:], anchor[: 1 + (t >= first)])
-            for t, (goal, anchor, *parts) in enumerate(zip(goals, anchors, qpos, hinges, com_fixed, smoothness))
+            PostureFrame(
+                qpos[t], hinges[t], None if absent[t] else wanted[t], smoothness[t], anchors[t, : 1 + (t >= first)]
+            )
+            for t in range(len(qpos))
         ]
 
     def _distances(self, offsets: Array) -> Array:
         """Smooth norms (...) of (..., 3), not yet 0 at 0."""
-        return np.asarray(np.sqrt(np.vecdot(offsets, offsets) + self._eps2))
+        distances: Array = np.sqrt(np.vecdot(offsets, offsets) + self._eps2)
+        return distances
 
     def _within(self, hinges: Array) -> Array:
         return np.minimum(np.maximum(hinges, self.low), self.high)
 
-    def _pose(self, frame: PostureFrame, hinges: Array) -> None:
+    def moved_centres(self, frame: PostureFrame, hinges: Array) -> Array:
+        """Centres (M, 3) of the bodies that move, with these balancing hinges, world [m]."""
         self._qpos[:] = frame.qpos
         self._qpos[self.columns] = hinges
         mujoco.mj_kinematics(self.model, self.data)
-
-    def moved_centres(self, frame: PostureFrame, hinges: Array) -> Array:
-        """Centres (M, 3) of the bodies that move, with these balancing hinges, world [m]."""
-        self._pose(frame, hinges)
-        return self._xipos.take(self._moved_ids, axis=0)
+        return np.asarray(self._xipos.take(self._moved_ids, axis=0))
 
     def centres_of(self, qpos: Array) -> Array:
         """Body centres (segments, 3) of a whole posture (nq,)."""
@@ -184,12 +177,11 @@ class PostureProblem:
 
     def com_jacobian(self, qpos: Array) -> Array:
         """Jacobian (2, K) of `com_of` by the balancing hinges [m/rad]."""
-        self._qpos[:] = qpos
-        mujoco.mj_kinematics(self.model, self.data)
+        self.centres_of(qpos)
         mujoco.mj_comPos(self.model, self.data)
         jacobian = np.zeros((3, self.model.nv))
         mujoco.mj_jacSubtreeCom(self.model, self.data, jacobian, 1)
-        return jacobian[:2].take(self._velocities, axis=1)
+        return np.asarray(jacobian[:2].take(self._velocities, axis=1))
 
     def costs(self, frame: PostureFrame, hinges: Array) -> Costs:
         """Cost terms of a frame at (K,) hinges."""
@@ -202,8 +194,8 @@ class PostureProblem:
         style, smoothness = ((self._distances(moved - at) - self._eps).sum(axis=1) / n for at in (blended, straight_on))
         smoothness += np.array([frame.fixed_smoothness for frame in frames]) / n
         smoothness[[len(frame.anchors) == 1 for frame in frames]] = 0.0
-        fixed = [frame.com_fixed - np.nan if frame.centre is None else frame.com_fixed - frame.centre for frame in frames]
-        com = np.array(fixed) + self._moved_share @ moved[..., :2]
+        wanted = np.array([(np.nan, np.nan) if frame.wanted is None else frame.wanted for frame in frames])
+        com = self._moved_share @ moved[..., :2] - wanted
         balance = np.nan_to_num(np.sqrt((com * com).sum(axis=1) + self._eps2) - self._eps)
         change = hinges - np.array([frame.hinges for frame in frames])
         total = s.balance_weight * balance + s.style_weight * style + s.smoothness_weight * smoothness
@@ -216,8 +208,8 @@ class PostureProblem:
         offsets = p - frame.anchors
         distances = self._distances(offsets)
         balance, smoothness, com = 0.0, 0.0, None
-        if frame.centre is not None:
-            com = self._moved_share.dot(p)[:2] + frame.com_fixed - frame.centre
+        if frame.wanted is not None:
+            com = self._moved_share.dot(p)[:2] - frame.wanted
             x, y = com.tolist()
             balance = sqrt(x * x + y * y + self._eps2) - self._eps
         style, *others = np.add.reduce(distances - self._eps, axis=1).tolist()
@@ -234,7 +226,7 @@ class PostureProblem:
         return self._gradient_here(frame, self._at(frame, hinges))
 
     def _gradient_here(self, frame: PostureFrame, posture: _Posture) -> tuple[Array, Array]:
-        """`gradient` at the posture that `_pose` was called with last."""
+        """`gradient` at the posture of which `moved_centres` were found last."""
         model, data, s = self.model, self.data, self.settings
         mujoco.mj_comPos(model, data)
         for body_id, out in self._jacobians:
@@ -263,7 +255,7 @@ class PostureProblem:
         tried = [self._at(frame, self._within(start)) for start in starts]
         best = min(tried, key=lambda posture: posture.costs.total)
         if best is not tried[-1]:
-            self._pose(frame, best.hinges)
+            self.moved_centres(frame, best.hinges)
         first = best.costs.total
         steps = 0
         while steps < self.settings.max_steps:
@@ -277,7 +269,7 @@ class PostureProblem:
         return best.hinges, steps
 
     def _step(self, frame: PostureFrame, posture: _Posture) -> _Posture | None:
-        """One step down from the posture that `_pose` was called with last; None where there is none."""
+        """One step down from the posture of which `moved_centres` were found last; None where there is none."""
         gradient, curvature = self._gradient_here(frame, posture)
         hinges = posture.hinges
         held = hinges == np.where(gradient > 0, self.low, self.high)
