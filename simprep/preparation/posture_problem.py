@@ -156,7 +156,7 @@ class PostureProblem:
         return distances
 
     def _within(self, hinges: Array) -> Array:
-        return np.minimum(np.maximum(hinges, self.low), self.high)
+        return np.asarray(np.minimum(np.maximum(hinges, self.low), self.high))
 
     def moved_centres(self, frame: PostureFrame, hinges: Array) -> Array:
         """Centres (M, 3) of the bodies that move, with these balancing hinges, world [m]."""
