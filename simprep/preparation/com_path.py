@@ -16,6 +16,7 @@ Array = NDArray[np.float64]
 _MARGIN_M = 0.005  # the path comes nearer by at least this ...
 _MARGIN_SHARE = 0.2  # ... or by this share of the distance, where that is less
 _ITERATIONS = 200  # stopping early leaves a fraction of a millimetre where centres jump; exactness there costs jerk
+_SETTLED_M = 1e-14  # per iteration: rounding
 _PENALTY = 3.0
 _REPAIR_MARGIN = 0.2  # share of the margin that a repair keeps
 
@@ -46,8 +47,10 @@ def smooth_path_in_discs(wanted: Array, centre: Array, radius: Array, tau: float
     x = z = wanted
     dual = np.zeros_like(wanted)
     penalty = np.tile(_PENALTY * bound, (2, 1))
-    for _ in range(_ITERATIONS):
-        x = dpbtrs(factor, (wanted + penalty * (z - dual)).T, lower=True, overwrite_b=True)[0].T
+    for number in range(_ITERATIONS):
+        before, x = x, dpbtrs(factor, (wanted + penalty * (z - dual)).T, lower=True, overwrite_b=True)[0].T
+        if number % 10 == 9 and np.abs(x - before).max() < _SETTLED_M:
+            break
         free = x + dual
         offset = free - centre
         square = offset * offset

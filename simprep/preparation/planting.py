@@ -5,6 +5,7 @@ heading is kept. What the source itself slides is kept in proportion to 1 - weig
 out unchanged. Between stances the correction fades smoothly.
 """
 
+from copy import copy
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -225,6 +226,13 @@ class _Track:
         self.points = np.einsum("tij,kj->tki", rotation, leg.points)  # (T, N, 3)
         self.heading = np.unwrap(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))
 
+    def part(self, frames: slice) -> "_Track":
+        """Some of its frames."""
+        some = copy(self)
+        some.ankle, some.rotation, some.points = self.ankle[frames], self.rotation[frames], self.points[frames]
+        some.heading = self.heading[frames]
+        return some
+
     @property
     def sole(self) -> Array:
         """(T,) height of the lowest point relative to the ankle."""
@@ -276,9 +284,7 @@ def _corrections(
         steps = keep * np.diff(origin.heading[part]) if turning is None else np.diff(turning[part])
         own = _from_zero(steps)
         turn = begin[3] + own - (track.heading[part] - track.heading[first])
-        stance = _Track(track.leg, track.ankle[part], track.rotation[part])
-        stance.heading = track.heading[part]
-        before = _Track(track.leg, origin.ankle[part], origin.rotation[part])
+        stance, before = track.part(part), origin.part(part)
         slip = np.diff(before.ankle[:, :2], axis=0) - before.rolling(np.zeros(after - first))
         twist = (track.heading[part] + turn - origin.heading[part])[:-1]
         slip = keep[:, None] * turned(slip, twist)
