@@ -42,7 +42,7 @@ def forward_kinematics(qpos: NDArray[np.float64], character: Character = humanoi
         character: the body.
     """
     model = character.model
-    data = working_memory(model)
+    data = working_memory(model, get_ident())
     n = len(qpos)
     feet = character.sole_geoms
     results = (data.xpos, data.xquat, data.xipos, data.geom_xpos)
@@ -81,13 +81,9 @@ def changed_kinematics(
     return replace(kinematics, com=_com(arrays["xipos"], character), **arrays)
 
 
-def working_memory(model: mujoco.MjModel) -> mujoco.MjData:
-    """Data of a model that all kinematics of a thread share, in any state; making one takes as long as a hundred frames."""
-    return _working_memory(model, get_ident())
-
-
 @lru_cache(maxsize=16)
-def _working_memory(model: mujoco.MjModel, thread: int) -> mujoco.MjData:
+def working_memory(model: mujoco.MjModel, thread: int) -> mujoco.MjData:
+    """Data that all kinematics of a model share in a thread, in any state; making one takes as long as a hundred frames."""
     return mujoco.MjData(model)
 
 

@@ -7,6 +7,7 @@ the cost falls: it gets to the optimum in 10 steps, which plain gradient descent
 
 from dataclasses import dataclass
 from math import sqrt
+from threading import get_ident
 from typing import NamedTuple
 
 import mujoco
@@ -86,7 +87,7 @@ class PostureProblem:
 
     def __init__(self, character: Character, settings: PreparationSettings = DEFAULT_SETTINGS) -> None:
         self.model = character.model
-        self.data = working_memory(self.model)
+        self.data = working_memory(self.model, get_ident())
         self.settings = settings
         joints = character.joint_indices(character.balancing)
         self.columns = 7 + joints
