@@ -80,7 +80,7 @@ def optimise_postures(
     for t in active:
         posture = frames[t]
         if t > 1 and going_on[t - 1]:
-            posture.anchors[1] = 2 * optimised[t - 1] - optimised[t - 2]
+            posture = posture.after(optimised[t - 2], optimised[t - 1])
         warm = [posture.hinges + change[t - 1]] if t > 0 else []
         best, steps[t] = problem.minimise(posture, posture.hinges, *warm)
         change[t] = best - posture.hinges
@@ -97,10 +97,7 @@ def optimise_postures(
     before, after = np.full((n, 4), np.nan), np.full((n, 4), np.nan)
     if measure:
         final = forward_kinematics(out, character).xipos.take(problem.moved, axis=1)
-        for t in active:
-            if t > 1 and going_on[t - 1]:
-                frames[t].anchors[1] = 2 * final[t - 1] - final[t - 2]
-        used = [frames[t] for t in active]
+        used = [frames[t].after(final[t - 2], final[t - 1]) if t > 1 and going_on[t - 1] else frames[t] for t in active]
         for costs, poses, moved in ((before, qpos, blended.xipos.take(problem.moved, axis=1)), (after, out, final)):
             costs[active] = problem.costs_of_all(used, poses[active][:, problem.columns], moved[active])
     return OptimisedPostures(out, before, after, steps, goals)

@@ -60,6 +60,11 @@ class PostureFrame:
     fixed_smoothness: float
     anchors: Array
 
+    def after(self, before_last: Array, last: Array) -> "PostureFrame":
+        """The frame with C_m after other centres (M, 3) of the bodies that move, two frames and one frame earlier [m]."""
+        anchors = np.array([self.anchors[0], 2 * last - before_last])
+        return PostureFrame(self.qpos, self.hinges, self.wanted, self.fixed_smoothness, anchors)
+
 
 class _Posture(NamedTuple):
     """A frame's costs at some hinges, and what its gradient there takes from them."""
@@ -129,7 +134,7 @@ class PostureProblem:
         return self.frames(qpos[None], centres[None], goal[None], straight_on[None], first)[0]
 
     def frames(self, qpos: Array, centres: Array, goals: Array, straight_on: Array, first: int) -> list[PostureFrame]:
-        """Frames of a motion, whose second `anchors` may be set until they are used.
+        """Frames of a motion.
 
         Args:
             qpos: (T, nq) blended postures.

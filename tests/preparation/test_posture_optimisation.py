@@ -55,6 +55,17 @@ def test_terms_are_those_of_the_paper(walk):
     assert costs.total == pytest.approx(2.0 * costs.balance + 1.0 * costs.style + 0.25 * costs.smoothness)
 
 
+def test_a_frame_after_other_postures_is_a_new_one(walk):
+    problem, posture = problem_at(walk, 10)
+    kept = posture.anchors.copy()
+    earlier = [problem.centres_of(walk.qpos[frame]) for frame in (2, 5)]
+    other = posture.after(*(centres[problem.moved] for centres in earlier))
+    np.testing.assert_array_equal(posture.anchors, kept)
+    np.testing.assert_array_equal(other.anchors[0], kept[0])
+    wanted = problem.frame(walk.qpos[10], None, earlier[1], earlier[0])
+    np.testing.assert_array_equal(other.anchors, wanted.anchors)
+
+
 def test_frames_do_not_depend_on_the_order_of_calls(walk):
     problem, one = problem_at(walk, 12)
     alone = problem.costs(one, one.hinges + 0.05)
