@@ -221,8 +221,3 @@ def problem_key(table: DisplacementTable, settings: ControllerSettings) -> str:
     digest.update(np.round(table.path, 6).tobytes())
     digest.update(settings.successors().tobytes())
     return digest.hexdigest()[:16]
-
-
-def learning_key(learning: LearningSettings) -> str:
-    """Hash of how a policy was learned, 8 hexadecimal digits."""
-    return hashlib.sha256(json.dumps(asdict(learning), sort_keys=True).encode()).hexdigest()[:8]
