@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from simprep.cli import output as output_module
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 if TYPE_CHECKING:
     from simprep.controller.influence import Influence
@@ -20,7 +20,7 @@ HEADLINE = ("reached", "time_s", "alpha_at_influence", "max_alpha_jump", "fps")
 
 
 @dataclass(frozen=True)
-class Approach:
+class Approach(BaseCommand):
     """Walk to a goal under the controller, prepare for what is near, launch the target there, and simulate it all.
 
     Writes approach.npz (the motion), metrics.json, plan.png (seen from above) and strip.png, and run.npz where it is simulated.
@@ -63,14 +63,8 @@ class Approach:
     )
     """Folder for the results."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Approach, simulate, measure, write, print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         goal = parse_point(self.goal, "--goal")
@@ -139,21 +133,13 @@ class Approach:
         from simprep.physics.simulate import track
         from simprep.physics.store import RUN_FILE, save_run
 
-        with output.progress() as bar:
-            task = bar.add_task("mpc", total=round(motion.duration, 1))
-            run = track(
-                motion,
-                "mpc",
-                self.seed,
-                progress=lambda share: bar.update(task, completed=round(share * motion.duration, 1)),
-            )
+        with output.simulating("mpc", motion) as progress:
+            run = track(motion, "mpc", self.seed, progress=progress)
         return run, evaluate_run(run), save_run(run, self.out / RUN_FILE)
 
     def _draw(self, result: "Result", task: "Task", run: Any, output: Output) -> list[Path]:
-        from simprep.errors import MissingExtraError
         from simprep.report.approach_figure import plot_approach
         from simprep.report.film_strip import Row, StripSettings, save_film_strip
-        from simprep.report.gl import NoGlError
 
         files = []
         motion = result.motion
@@ -162,12 +148,10 @@ class Approach:
             note = "" if run.end == "done" else f"{run.end} at {run.end_s:.2f} s"
             rows.append(Row("simulated, mpc", run.simulated_motion(), note))
         marks = {} if not result.launches else {"launch": result.launches[0] / motion.fps}
-        try:
+        with output.pictures("pictures are missing"):
             title = f"approach, {self.target}"
             files.append(plot_approach(result, [task], self.out / "plan.png", title))
             files.append(save_film_strip(rows, self.out / "strip.png", StripSettings(columns=10, marks=marks)))
-        except (NoGlError, MissingExtraError) as problem:
-            output.warn(f"pictures are missing: {problem}")
         return files
 
 

@@ -1,7 +1,6 @@
 """`simprep fight`: a new fight from a model, and its simulation."""
 
 import time
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -9,13 +8,13 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from simprep.cli import output as output_module
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 PICTURES = 12
 
 
 @dataclass(frozen=True)
-class FightCommand:
+class FightCommand(BaseCommand):
     """Let two fighters fight by a learned model, simulate the fight with joint motors only, and measure it.
 
     Writes fight.npz (both motions), actions.csv, metrics.json; of the simulation tracked.npz (what was simulated), run.npz,
@@ -56,14 +55,8 @@ class FightCommand:
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = None
     """Folder for the results; default results/fight/MODE_SEED."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Fight, simulate, measure, write, print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         asked = self._checked()
@@ -112,7 +105,8 @@ class FightCommand:
         )
         if results.run is not None:
             output.say(f"simulated: {results.run.end} at {results.run.end_s:.2f} s ({results.run.end_reason})")
-        output.say(_table(content))
+        parts = [(key, value if isinstance(value, dict) else {"": value}) for key, value in content.items()]
+        output.say_metrics({f"{key} {name}".strip(): one for key, part in parts for name, one in part.items()})
         output.say(f"written: {', '.join(map(str, files))}")
         return content
 
@@ -130,16 +124,3 @@ class FightCommand:
         if self.mode == "interactive" and self.requests is None:
             raise SettingError("--mode interactive needs --requests CSV: columns time_s, action, x_m, y_m")
         return () if self.requests is None else read_requests(self.requests)
-
-
-def _table(content: Mapping[str, Any]) -> Any:
-    from rich.table import Table
-
-    table = Table()
-    table.add_column("metric")
-    table.add_column("value", justify="right")
-    for key, value in content.items():
-        for name, one in value.items() if isinstance(value, dict) else (("", value),):
-            shown = "-" if one is None else f"{one:.4g}" if isinstance(one, float) else str(one)
-            table.add_row(f"{key} {name}".strip(), shown)
-    return table

@@ -1,16 +1,17 @@
 """`simprep graph`: the motion graph of the library."""
 
+from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
 
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 
 @dataclass(frozen=True)
-class Graph:
+class Graph(BaseCommand):
     """Build the hierarchical motion graph: core nodes of locomotion, target motions, and the transitions between them.
 
     Writes graph.json, and graph.png where it can be drawn.
@@ -24,33 +25,22 @@ class Graph:
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = Path("results/graph")
     """Folder for the results."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Build, write, draw, print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.controller.graph import GraphSettings
         from simprep.controller.graph_store import save_graph
         from simprep.controller.runtime.world import library_graph
-        from simprep.errors import MissingExtraError
         from simprep.library.registry import library_entries
         from simprep.report.graph_figure import plot_graph
 
         graph = library_graph(GraphSettings(threshold=self.threshold))
         files = [save_graph(graph, self.out / "graph.json")]
-        try:
+        with output.pictures("no picture"):
             families = {entry.name: entry.family for entry in library_entries()}
             files.append(plot_graph(graph, self.out / "graph.png", families))
-        except MissingExtraError as problem:
-            output.warn(f"no picture: {problem}")
-        kinds: dict[str, int] = {}
-        for transition in graph.transitions:
-            kinds[transition.kind] = kinds.get(transition.kind, 0) + 1
+        kinds = dict(Counter(transition.kind for transition in graph.transitions))
         output.say(f"{len(graph.core)} core nodes ({', '.join(graph.core)}), {len(graph.targets)} targets")
         output.say(f"transitions: {', '.join(f'{count} {kind}' for kind, count in kinds.items())}")
         if graph.unreachable():

@@ -6,12 +6,12 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 from simprep.errors import MotionFileError
 
 
 @dataclass(frozen=True)
-class Import:
+class Import(BaseCommand):
     """Retarget a motion file onto a character, set its feet on the floor, and write it as .npz.
 
     Reads BVH, Acclaim (.amc with its .asf beside it) and DeepMimic clips. What the file does not state (vertical axis,
@@ -45,14 +45,8 @@ class Import:
     """Make a doubtful result an error: a limb that points elsewhere than the file's though the body could (by more than
     5 deg in 5 % of the frames, or 15 deg in one), or that is out of its reach for long. Nothing is written then."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Import, write, print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.archive import find_archive

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 if TYPE_CHECKING:
     from simprep.library.entry import Entry
@@ -19,7 +19,7 @@ Family = Annotated[str | None, tyro.conf.arg(metavar="FAMILY", help_behavior_hin
 
 
 @dataclass(frozen=True)
-class List:
+class List(BaseCommand):
     """List the motions of the library: family, name, duration, events. The first call generates them.
 
     Example: simprep library list --family kick
@@ -35,10 +35,6 @@ class List:
     """Print one JSON list on stdout; everything else goes to stderr."""
 
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Load and print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> list[dict[str, Any]]:
         from rich.table import Table
@@ -74,7 +70,7 @@ class List:
 
 
 @dataclass(frozen=True)
-class Show:
+class Show(BaseCommand):
     """Everything about one motion: parameters, events, contacts, speeds, heights, travel, terms of use.
 
     Example: simprep library show kick_front
@@ -86,14 +82,8 @@ class Show:
     library: LibraryFolder = None
     """Folder of your own clips; default SIMPREP_LIBRARY, where set."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Load, measure and print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from dataclasses import asdict
@@ -127,7 +117,7 @@ class Show:
 
 
 @dataclass(frozen=True)
-class Render:
+class Render(BaseCommand):
     """Draw film strips of motions, a contact sheet per family.
 
     Example: simprep library render --family punch -o out/library
@@ -145,14 +135,8 @@ class Render:
     library: LibraryFolder = None
     """Folder of your own clips; default SIMPREP_LIBRARY, where set."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Draw and write."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         entries = _chosen(self.library, self.names, self.family)
@@ -183,7 +167,7 @@ class Render:
 
 
 @dataclass(frozen=True)
-class Fetch:
+class Fetch(BaseCommand):
     """Download captured motions that make a counterpart to the built-in ones; the folder is then a library.
 
     What is there already is kept; checksums are written on first use and checked from then on. Needs the extra `fetch`.
@@ -200,14 +184,8 @@ class Fetch:
     url: Annotated[str | None, tyro.conf.arg(metavar="URL", help_behavior_hint="")] = None
     """Another place with the same files; default the collection's own."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Download and write."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.library.fetch import fetch, read_recipe

@@ -4,16 +4,21 @@ import contextlib
 import json
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Annotated, Any, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from simprep.motion.motion import Motion
 
 PLAIN_WIDTH = 150
 
+Json = Annotated[bool, tyro.conf.arg(help="Print one JSON object on stdout; everything else goes to stderr.")]
 Quiet = Annotated[bool, tyro.conf.arg(help="Print no tables and no progress; warnings and errors stay.")]
-"""The option of every command beside `--json`."""
+"""The two options of every command."""
 
 arguments: tuple[str, ...] = ()
 """The command line after `simprep`, for the record; `main` sets it."""
@@ -52,6 +57,15 @@ class Output:
             self._stdout.write(json.dumps(jsonable(content), allow_nan=False) + "\n")
             self._stdout.flush()
 
+    def say_metrics(self, metrics: Mapping[str, Any]) -> None:
+        """Print numbers by name as a table, whose floats have 4 digits."""
+        table = Table()
+        table.add_column("metric")
+        table.add_column("value", justify="right")
+        for name, value in metrics.items():
+            table.add_row(name, "-" if value is None else f"{value:.4g}" if isinstance(value, float) else str(value))
+        self.say(table)
+
     @contextlib.contextmanager
     def stdout_reserved(self) -> Iterator[None]:
         """Send what libraries print to stdout to stderr instead, while JSON is expected there."""
@@ -60,6 +74,24 @@ class Output:
             return
         with contextlib.redirect_stdout(sys.stderr):
             yield
+
+    @contextlib.contextmanager
+    def pictures(self, missing: str) -> Iterator[None]:
+        """Go on with a warning where pictures cannot be drawn; `missing` says what is then not there."""
+        from simprep.errors import MissingExtraError
+        from simprep.report.gl import NoGlError
+
+        try:
+            yield
+        except (NoGlError, MissingExtraError) as problem:
+            self.warn(f"{missing}: {problem}")
+
+    @contextlib.contextmanager
+    def simulating(self, what: str, motion: "Motion") -> Iterator[Callable[[float], None]]:
+        """Progress in seconds of a motion; gives a function to be told the share that is simulated."""
+        with self.progress() as bar:
+            task = bar.add_task(what, total=round(motion.duration, 1))
+            yield lambda share: bar.update(task, completed=round(share * motion.duration, 1))
 
     def progress(self) -> Progress:
         """A progress bar on stderr; silent where that is wanted, or stderr is not a terminal."""
@@ -75,25 +107,23 @@ class Output:
         )
 
 
-Content = TypeVar("Content", dict[str, Any], list[dict[str, Any]])
+class BaseCommand:
+    """A command of the command line, whose options are its fields."""
 
+    json: bool
+    quiet: bool
 
-def print_result(as_json: bool, quiet: bool, work: Callable[[Output], Content]) -> Content:
-    """Do a command's work and print its machine-readable result, where it was asked for.
+    def run(self) -> Any:
+        """Do the work, print the machine-readable result where it was asked for, and return it."""
+        output = Output(self.json, self.quiet)
+        with output.stdout_reserved():
+            content = self._run(output)
+        output.result(content)
+        return content
 
-    Args:
-        as_json: as for `Output`.
-        quiet: as for `Output`.
-        work: what the command does; it prints for people itself.
-
-    Returns:
-        What `work` returned.
-    """
-    output = Output(as_json, quiet)
-    with output.stdout_reserved():
-        content = work(output)
-    output.result(content)
-    return content
+    def _run(self, output: Output) -> Mapping[str, Any] | Sequence[Any]:
+        """What the command does; it prints for people itself, and returns what `--json` prints."""
+        raise NotImplementedError
 
 
 def _console(stream: Any) -> Console:

@@ -1,6 +1,5 @@
 """`simprep track`: simulate the humanoid following one motion."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -9,7 +8,7 @@ import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 HEADLINE = (
     "success",
@@ -26,7 +25,7 @@ HEADLINE = (
 
 
 @dataclass(frozen=True)
-class Track:
+class Track(BaseCommand):
     """Simulate the humanoid following a motion with joint motors only, and measure how well it does.
 
     Writes run.npz (states, controls, contacts, torques), metrics.json and, where pictures can be drawn, strip.png.
@@ -60,14 +59,8 @@ class Track:
     no_pictures: bool = False
     """Draw no film strip."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Simulate, measure, write, print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.cli.resolve import resolve_motion, select
@@ -80,14 +73,8 @@ class Track:
         from simprep.report.results import provenance, save_json
 
         folder = self.out or Path("results") / "track" / f"{motion.name}_{self.controller}"
-        with output.progress() as bar:
-            task = bar.add_task(f"{self.controller} {motion.name}", total=round(motion.duration, 1))
-            run = track(
-                motion,
-                self.controller,
-                self.seed,
-                progress=lambda share: bar.update(task, completed=round(share * motion.duration, 1)),
-            )
+        with output.simulating(f"{self.controller} {motion.name}", motion) as progress:
+            run = track(motion, self.controller, self.seed, progress=progress)
         metrics = evaluate_run(run)
         content = {
             "schema": "simprep.track/1",
@@ -114,32 +101,17 @@ class Track:
         content["files"] = [path.name for path in files]
         save_json(folder / "metrics.json", content)
         output.say(f"{motion.name} with {run.controller}: {run.end} at {run.end_s:.2f} s ({run.end_reason})")
-        output.say(_table(content))
+        others = (key for key in content if key not in HEADLINE and isinstance(content[key], float))
+        output.say_metrics({key: content[key] for key in (*HEADLINE, *others)})
         output.say(f"written: {', '.join(map(str, files))}")
         return content
 
 
 def _strip(run: Any, folder: Path, output: Output) -> list[Path]:
-    from simprep.errors import MissingExtraError
     from simprep.report.film_strip import Row, save_film_strip
-    from simprep.report.gl import NoGlError
 
     note = "" if run.end == "done" else f"{run.end} at {run.end_s:.2f} s"
     rows = [Row("reference", run.reference), Row(f"simulated, {run.controller}", run.simulated_motion(), note)]
-    try:
+    with output.pictures("no film strip"):
         return [save_film_strip(rows, folder / "strip.png")]
-    except (NoGlError, MissingExtraError) as problem:
-        output.warn(f"no film strip: {problem}")
-        return []
-
-
-def _table(content: Mapping[str, Any]) -> Any:
-    from rich.table import Table
-
-    table = Table()
-    table.add_column("metric")
-    table.add_column("value", justify="right")
-    for key in (*HEADLINE, *(key for key in content if key not in HEADLINE and isinstance(content[key], float))):
-        value = content[key]
-        table.add_row(key, f"{value:.4g}" if isinstance(value, float) else "-" if value is None else str(value))
-    return table
+    return []

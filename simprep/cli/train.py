@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from simprep.cli import output as output_module
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 if TYPE_CHECKING:
     from simprep.controller.policy import Policy
@@ -18,7 +18,7 @@ HEADLINE = ("steps", "wall_s", "states", "mean_return", "optimal_share")
 
 
 @dataclass(frozen=True)
-class Train:
+class Train(BaseCommand):
     """Learn a controller by SARSA: it walks to a goal, and raises the level of preparation towards what comes next.
 
     Its displacements are measured on the prepared motions. Writes policy.npz (for simprep approach --policy), training.npz (to
@@ -54,14 +54,8 @@ class Train:
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = Path("results/train")
     """Folder for the results."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Measure displacements, learn, compare with the best policy, write, print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         import dataclasses
@@ -131,16 +125,13 @@ class Train:
         return training, policy
 
     def _draw(self, training: "Training", best: float, output: Output) -> list[Path]:
-        from simprep.errors import MissingExtraError
         from simprep.report.learning_curve import plot_learning_curve
 
         steps = [point.steps for point in training.curve]
         returns = [point.mean_return for point in training.curve]
-        try:
+        with output.pictures("no learning curve"):
             return [plot_learning_curve(steps, returns, best, self.out / "learning_curve.png")]
-        except MissingExtraError as problem:
-            output.warn(f"no learning curve: {problem}")
-            return []
+        return []
 
 
 def _say(output: Output, content: dict[str, Any]) -> None:

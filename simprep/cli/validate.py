@@ -8,7 +8,7 @@ import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 if TYPE_CHECKING:
     from simprep.motion.motion import Motion
@@ -24,7 +24,7 @@ NO_DEFAULT = tyro.conf.arg(help_behavior_hint="")  # the help text says what the
 
 
 @dataclass(frozen=True)
-class Validate:
+class Validate(BaseCommand):
     """Compare ways of going from locomotion to a target motion, in kinematics and in physics.
 
     Four arms on the same scenario and seeds: no preparation, traditional blending, preparation without and with posture
@@ -63,16 +63,15 @@ class Validate:
     no_pictures: bool = False
     """Draw no plots and no film strips."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
 
-    def run(self) -> None:
-        """Run the study, write it, print it."""
-        content = print_result(self.json, self.quiet, self._run)
+    def run(self) -> dict[str, Any]:
+        """Run the study, write it, print it; say that it was interrupted where cases are missing."""
+        content: dict[str, Any] = super().run()
         if not content["complete"]:
             raise KeyboardInterrupt(f"{len(content['cases'])} finished cases are kept in {self.out}")
+        return content
 
     def _run(self, output: Output) -> dict[str, Any]:
         plan = self._plan(output)  # a bad file fails before the imports

@@ -8,11 +8,11 @@ from typing import Annotated, Any
 import tyro
 
 from simprep.cli import output as cli_output
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 
 @dataclass(frozen=True)
-class DuelAnalyse:
+class DuelAnalyse(BaseCommand):
     """Cut, label and model a stream, and evaluate every stage. Writes model.npz with its stream.npz (for `simprep fight`), tables, labels, plots.
 
     A synthetic stream needs no ANNOTATIONS: a tenth of its actions is annotated from the truth beside it.
@@ -53,14 +53,8 @@ class DuelAnalyse:
     no_figures: bool = False
     """Draw no plots of cuts, of the number of components and of the structures (they need the extra `report`)."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Analyse, write, print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         import numpy as np

@@ -6,11 +6,11 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 
 @dataclass(frozen=True)
-class DuelImport:
+class DuelImport(BaseCommand):
     """Import two people recorded together, in one frame, and write them as one stream.
 
     One file per person (the formats of `simprep import`), or one file with both: a .bvh of two ROOTs, or an .npz of
@@ -41,14 +41,8 @@ class DuelImport:
     joint_map: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
     """JSON object {"our part": "joint of the file"} for joints that are not recognised by their names."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Import, write, print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.archive import find_archive

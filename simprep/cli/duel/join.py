@@ -6,11 +6,11 @@ from typing import Annotated, Any
 
 import tyro
 
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 
 @dataclass(frozen=True)
-class DuelJoin:
+class DuelJoin(BaseCommand):
     """Join several clips of the same two people into one stream that remembers its seams.
 
     Example: simprep duel join round1.npz round2.npz -o fight.npz
@@ -24,14 +24,8 @@ class DuelJoin:
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="OUT", help_behavior_hint="")] = Path("stream.npz")
     """The .npz file to write (default stream.npz)."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Read, join, write, print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from dataclasses import replace

@@ -7,13 +7,13 @@ from typing import Annotated, Any
 import tyro
 from rich.table import Table
 
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 CONFUSED = 6
 
 
 @dataclass(frozen=True)
-class DuelLabel:
+class DuelLabel(BaseCommand):
     """Label the actions of a stream, and propose which to annotate next (most uncertain first).
 
     Without ANNOTATIONS, writes the actions to begin with to PROPOSALS: fill in its empty cells, and give it as ANNOTATIONS
@@ -48,14 +48,8 @@ class DuelLabel:
     seed: Annotated[int, tyro.conf.arg(metavar="N", help_behavior_hint="")] = 0
     """Decides the folds of the cross-validation (default 0)."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Label, write, print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         import numpy as np

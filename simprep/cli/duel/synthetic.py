@@ -6,11 +6,11 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from simprep.cli.output import Output, Quiet, print_result
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 
 @dataclass(frozen=True)
-class DuelSynthetic:
+class DuelSynthetic(BaseCommand):
     """Write a built-in stream: two fighters, choreographed (synthetic, not a recording), with the truth beside it.
 
     Example: simprep duel synthetic kickboxing -o synthetic
@@ -30,14 +30,8 @@ class DuelSynthetic:
     clips: Annotated[int | None, tyro.conf.arg(metavar="N", help_behavior_hint="")] = None
     """Number of rounds, for shorter streams (default: all)."""
 
-    json: bool = False
-    """Print one JSON object on stdout; everything else goes to stderr."""
-
+    json: Json = False
     quiet: Quiet = False
-
-    def run(self) -> None:
-        """Make, write, print."""
-        print_result(self.json, self.quiet, self._run)
 
     def _run(self, output: Output) -> dict[str, Any]:
         from dataclasses import replace
