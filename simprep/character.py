@@ -13,8 +13,8 @@ from types import MappingProxyType
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IndexArray
 from simprep.errors import SettingError, UnknownNameError
 
 SIDES = ("left", "right")
@@ -36,8 +36,6 @@ def _parent_role(role: str) -> str:
 
 
 NEEDED_ROLES = ("pelvis", *(f"{side}_{part}" for side in SIDES for part in ("thigh", "shank", "foot")))
-
-IntArray = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,17 +139,17 @@ class Character:
         return tuple(self.model.body(index).name for index in range(1, self.model.nbody))
 
     @cached_property
-    def limits(self) -> NDArray[np.float64]:
+    def limits(self) -> FloatArray:
         """Lower and upper limits of the joints (joints, 2) [rad]."""
         return np.array(self.model.jnt_range[1:])
 
     @cached_property
-    def gains(self) -> NDArray[np.float64]:
+    def gains(self) -> FloatArray:
         """Stiffness [N m/rad] and damping [N m s/rad] of each actuator's servo (actuators, 2)."""
         return np.stack([self.model.actuator_gainprm[:, 0], -self.model.actuator_biasprm[:, 2]], axis=1)
 
     @cached_property
-    def torque_limits(self) -> NDArray[np.float64]:
+    def torque_limits(self) -> FloatArray:
         """Largest torque of each actuator (actuators,) [N m]."""
         return np.array(self.model.actuator_forcerange[:, 1])
 
@@ -191,7 +189,7 @@ class Character:
         """Anatomical movement of a joint; the joint's own name if none is known."""
         return next((movement for movement, name in self.anatomy.items() if name == joint), joint)
 
-    def joint_indices(self, names: Sequence[str]) -> IntArray:
+    def joint_indices(self, names: Sequence[str]) -> IndexArray:
         """Indices of several joints in `joints` (N,).
 
         Raises:
@@ -215,7 +213,7 @@ class Character:
             )
         return self._segment_index[self.roles[role]]
 
-    def rest_offset(self, role: str) -> NDArray[np.float64]:
+    def rest_offset(self, role: str) -> FloatArray:
         """Vector from the parent role's segment to a role's, from origin to origin, in the reference pose (3,) [m].
 
         Args:
@@ -254,7 +252,7 @@ class Character:
         return tuple(found)
 
     @cached_property
-    def mirror_segments(self) -> IntArray:
+    def mirror_segments(self) -> IndexArray:
         """Segment on the other side (segments,), as `mirror` exchanges their joints; itself if it has no joints."""
         found = np.arange(len(self.segments), dtype=np.intp)
         for joint, other in enumerate(self.mirror_map[0]):
@@ -272,17 +270,17 @@ class Character:
         return self.groups[name]
 
     @cached_property
-    def upper_joints(self) -> IntArray:
+    def upper_joints(self) -> IndexArray:
         """Indices of the upper body's joints."""
         return self.joint_indices(self.upper)
 
     @cached_property
-    def lower_joints(self) -> IntArray:
+    def lower_joints(self) -> IndexArray:
         """Indices of the lower body's joints."""
         return self.joint_indices(self.lower)
 
     @cached_property
-    def sole_geoms(self) -> IntArray:
+    def sole_geoms(self) -> IndexArray:
         """Geom ids in `model` of the soles (2, N): left, right."""
         ids = np.array([[self.model.geom(name).id for name in side] for side in self.soles], dtype=np.intp)
         if (self.model.geom_type[ids] != mujoco.mjtGeom.mjGEOM_SPHERE).any():
@@ -290,13 +288,13 @@ class Character:
         return ids
 
     @cached_property
-    def mirror_map(self) -> tuple[IntArray, NDArray[np.float64]]:
+    def mirror_map(self) -> tuple[IndexArray, FloatArray]:
         """How joints mirror in the sagittal plane: mirrored[k] = sign[k] * angle[index[k]], both (joints,)."""
         pairs = [self.mirror.get(name, (name, 1.0)) for name in self.joints]
         return self.joint_indices([other for other, _ in pairs]), np.array([sign for _, sign in pairs])
 
     @cached_property
-    def standing_qpos(self) -> NDArray[np.float64]:
+    def standing_qpos(self) -> FloatArray:
         """The model's reference pose (nq,), upright on the floor at the origin, facing x. Read-only."""
         qpos = np.array(self.model.qpos0)
         qpos.setflags(write=False)

@@ -9,7 +9,18 @@ import pytest
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "simprep"
 FLOW = ("motion", "physics", "library", "preparation", "controller", "duel", "metrics", "report", "study", "cli")
-BASE = ("archive", "character", "characters", "errors", "files", "humanoid", "primitive_robot", "scene", "threads")
+BASE = (
+    "archive",
+    "arrays",
+    "character",
+    "characters",
+    "errors",
+    "files",
+    "humanoid",
+    "primitive_robot",
+    "scene",
+    "threads",
+)
 ROOMS = {"duel": ("stream", "labels", "model", "synthetic", "analysis", "fight")}
 """Packages that consist of rooms in the order of their data; nothing else is in them."""
 LAST_ROOMS = {"controller": "runtime", "metrics": "interaction"}

@@ -1,12 +1,12 @@
 """Gaussian filter on the level of preparation at run time (paper, section 6.1)."""
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-Array = NDArray[np.float64]
+from simprep.arrays import FloatArray
 
 
-def filter_kernel(smoothing: float, fps: float) -> Array:
+def filter_kernel(smoothing: float, fps: float) -> FloatArray:
     """Weights (K,) of the last commands, newest first: a Gaussian cut off at 3 standard deviations, delayed by as much.
 
     Args:
@@ -18,7 +18,7 @@ def filter_kernel(smoothing: float, fps: float) -> Array:
     return np.asarray(weights / weights.sum())
 
 
-def smooth_alpha(commands: ArrayLike, kernel: Array, before: float | None = None) -> Array:
+def smooth_alpha(commands: ArrayLike, kernel: FloatArray, before: float | None = None) -> FloatArray:
     """Filtered level of preparation (T,), every frame from its own and earlier commands only.
 
     Args:

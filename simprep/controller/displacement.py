@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.controller.alpha_filter import filter_kernel, smooth_alpha
 from simprep.controller.settings import ControllerSettings
 from simprep.controller.spaces import ALPHA_LEVELS, ALPHA_STEP, relative
@@ -17,8 +17,6 @@ from simprep.motion.turns import turned
 from simprep.preparation.blending import split_heading
 from simprep.preparation.prepare import extend, prepare
 from simprep.preparation.trajectory import heading_trend
-
-Array = NDArray[np.float64]
 
 PHASES = 4
 """Evenly spread frames of the cycle at which the measured actions begin; the displacement is their mean."""
@@ -34,7 +32,7 @@ class DisplacementTable:
         fps: frames per second [1/s].
     """
 
-    path: Array
+    path: FloatArray
     fps: float
 
     @property
@@ -83,7 +81,7 @@ def level_schedule() -> list[int]:
     return up + list(range(ALPHA_LEVELS - 2, -1, -1))
 
 
-def integrate(steps: Array) -> Array:
+def integrate(steps: FloatArray) -> FloatArray:
     """Path (T + 1, 3) of steps (T, 3) forward, left [m] and turn [rad] per frame, given in the moving frame, from 0.
 
     A step is taken in the heading half way through its turn.
@@ -94,7 +92,7 @@ def integrate(steps: Array) -> Array:
     return np.column_stack([np.concatenate([np.zeros((1, 2)), walked]), heading])
 
 
-def _steps(core: Motion, start: int, target: Motion, alpha: Array, settings: ControllerSettings) -> Array:
+def _steps(core: Motion, start: int, target: Motion, alpha: FloatArray, settings: ControllerSettings) -> FloatArray:
     """(T, 3) steps of the prepared core, begun at a frame of its cycle, in the frame of the heading's trend."""
     prepared = prepare(
         core, target, np.concatenate([np.zeros(start + 1), alpha]), settings=settings.preparation, optimise=False

@@ -11,17 +11,15 @@ from itertools import permutations
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import minimum_filter
 from scipy.spatial.distance import cdist
 
+from simprep.arrays import FloatArray
 from simprep.errors import MotionError, SettingError, UnknownNameError
 from simprep.motion.edit import repeat, resample
 from simprep.motion.motion import Motion
 from simprep.preparation.reference_posture import reference_posture
 from simprep.preparation.transition import VELOCITY_S, local_state
-
-Array = NDArray[np.float64]
 
 KINDS = ("core", "entry", "prepared", "exit")
 
@@ -182,7 +180,7 @@ def build_graph(
     return MotionGraph(tuple(nodes), tuple(found), settings)
 
 
-def pose_features(motion: Motion) -> Array:
+def pose_features(motion: Motion) -> FloatArray:
     """Coordinates (T, 6 S) whose Euclidean distance is that of `GraphSettings.threshold` [m].
 
     Positions and 0.1 s times velocities of the S segments, aligned in plan and heading, over sqrt(S). A loop's last
@@ -197,7 +195,7 @@ def pose_features(motion: Motion) -> Array:
     return np.asarray(parts / np.sqrt(position.shape[1]))
 
 
-def pair_distances(source: Motion, target: Motion, features: Mapping[str, Array] | None = None) -> Array:
+def pair_distances(source: Motion, target: Motion, features: Mapping[str, FloatArray] | None = None) -> FloatArray:
     """Distance (S, T) of every frame of one motion to every frame of another [m]; infinite where other feet support.
 
     Args:
@@ -214,7 +212,7 @@ def pair_distances(source: Motion, target: Motion, features: Mapping[str, Array]
 def _transitions(
     source: Motion,
     target: Motion,
-    features: Mapping[str, Array],
+    features: Mapping[str, FloatArray],
     kind: str,
     settings: GraphSettings,
     before: tuple[int, int] | None = None,

@@ -15,16 +15,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simprep.arrays import FloatArray
 from simprep.errors import SettingError
 from simprep.motion.motion import Motion
 from simprep.preparation.blending import join_heading, split_heading
 from simprep.preparation.reference_posture import reference_posture
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 from simprep.preparation.synthesis import Style
-
-Array = NDArray[np.float64]
 
 LEAST_SPEED = 0.2
 """Least closing speed that counts, so that a source left behind still has a time to contact [m/s]."""
@@ -68,13 +67,13 @@ class Influence:
         """That any of the targets happens."""
         return float(sum(self.targets.values()))
 
-    def at(self, time: ArrayLike) -> Array:
+    def at(self, time: ArrayLike) -> FloatArray:
         """Where it is, (..., 2) [m], at times (...) [s]."""
-        moved: Array = np.minimum(np.asarray(time, dtype=np.float64), self.stops_s)[..., None]
+        moved: FloatArray = np.minimum(np.asarray(time, dtype=np.float64), self.stops_s)[..., None]
         return np.asarray(self.position, dtype=np.float64) + moved * np.asarray(self.velocity, dtype=np.float64)
 
 
-def time_to_contact(offset: Array, closing: Array, reach: float) -> Array:
+def time_to_contact(offset: FloatArray, closing: FloatArray, reach: float) -> FloatArray:
     """Time (N,) until the character is within reach of each source if both go on as now, at least `LEAST_TIME_S` [s].
 
     Args:
@@ -87,7 +86,7 @@ def time_to_contact(offset: Array, closing: Array, reach: float) -> Array:
     return np.asarray(np.maximum((distance - reach) / np.maximum(speed, LEAST_SPEED), LEAST_TIME_S))
 
 
-def contact_weights(times: ArrayLike, power: float = 2.0) -> Array:
+def contact_weights(times: ArrayLike, power: float = 2.0) -> FloatArray:
     """Weights (N,) of sources of influence: inversely proportional to a power of the time to contact, adding up to 1.
 
     Args:
@@ -99,7 +98,7 @@ def contact_weights(times: ArrayLike, power: float = 2.0) -> Array:
     return np.asarray(weights / weights.sum())
 
 
-def expected_posture(postures: Array, weights: ArrayLike, power: float = 2.0) -> Array:
+def expected_posture(postures: FloatArray, weights: ArrayLike, power: float = 2.0) -> FloatArray:
     """The joint values (D,) with the least expected distance to given ones.
 
     Args:
@@ -153,13 +152,13 @@ def mixed_style(styles: Sequence[Style], weights: ArrayLike, power: float = 2.0)
     return style_from_vectors(mean)
 
 
-def style_vector(style: Style) -> Array:
+def style_vector(style: Style) -> FloatArray:
     """A single style as numbers that can be averaged: root tilt (2), hinges, sole heights (2), contacts (2)."""
     _, tilt = split_heading(style.qpos[3:7])
     return np.concatenate([tilt, style.qpos[7:], style.sole_height, style.contacts.astype(np.float64)])
 
 
-def style_from_vectors(vectors: Array) -> Style:
+def style_from_vectors(vectors: FloatArray) -> Style:
     """Inverse of `style_vector`, for one (D,) or many (T, D)."""
     tilt, hinges, soles, contacts = np.split(vectors, [_TILT, -2 * _PAIR, -_PAIR], axis=-1)
     quat = join_heading(np.zeros(tilt.shape[:-1]), tilt)
@@ -167,7 +166,7 @@ def style_from_vectors(vectors: Array) -> Style:
     return Style(qpos, soles, contacts > 0.5)
 
 
-def _weighted_median(values: Array, share: Array) -> Array:
+def _weighted_median(values: FloatArray, share: FloatArray) -> FloatArray:
     order = np.argsort(values, axis=0, kind="stable")
     ranked = np.take_along_axis(values, order, axis=0)
     below = np.cumsum(share[order], axis=0)

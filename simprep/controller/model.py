@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.controller.displacement import DisplacementTable
 from simprep.controller.settings import ControllerSettings, RewardSettings
 from simprep.controller.spaces import (
@@ -28,8 +29,6 @@ from simprep.controller.spaces import (
     relative,
 )
 from simprep.errors import SettingError
-
-Array = NDArray[np.float64]
 
 REACHED = 255
 """Outcome of a goal cell: the goal is reached, the episode ends."""
@@ -62,10 +61,10 @@ class QuantisedModel:
     goal_reward: NDArray[np.float32]
     influence_next: NDArray[np.uint8]
     shared_next: NDArray[np.uint8]
-    shared: NDArray[np.int64]
-    allowed: NDArray[np.bool_]
-    steadiness: Array
-    successors: NDArray[np.bool_]
+    shared: IntArray
+    allowed: BoolArray
+    steadiness: FloatArray
+    successors: BoolArray
     rewards: RewardSettings
 
 
@@ -120,13 +119,13 @@ def measured(table: DisplacementTable) -> list[tuple[int, int, int]]:
     return [(int(m), int(a), int(b)) for m, a, b in np.argwhere(np.isfinite(table.path[..., 0, 0]))]
 
 
-def choices(model: QuantisedModel) -> NDArray[np.bool_]:
+def choices(model: QuantisedModel) -> BoolArray:
     """Which actions may be chosen: (level before, node before, influence cell, actions); an action is node * 6 + level."""
     by_state = np.einsum("pm,mabi->apimb", model.successors, model.allowed)
     return np.asarray(by_state.reshape(ALPHA_LEVELS, CORE_NODES, INFLUENCE_CELLS, CORE_NODES * ALPHA_LEVELS))
 
 
-def shared_samples(goals: Array) -> NDArray[np.int64]:
+def shared_samples(goals: FloatArray) -> IntArray:
     """First and number (40, 20, 2) of each goal cell's samples in each influence cell; none in the one out of range.
 
     Args:
@@ -141,14 +140,16 @@ def shared_samples(goals: Array) -> NDArray[np.int64]:
     return shared
 
 
-def seen_from(points: Array, path: Array) -> Array:
+def seen_from(points: FloatArray, path: FloatArray) -> FloatArray:
     """Points as seen along a path: (N, ..., 2) and (T, 3) give (T, N, ..., 2)."""
     turned = path[:, 2].reshape(-1, *(1,) * (points.ndim - 1))
     place = path[:, :2].reshape(-1, *(1,) * (points.ndim - 1), 2)
     return relative(points, place, turned)
 
 
-def goal_outcomes(points: Array, path: Array, rewards: RewardSettings) -> tuple[NDArray[np.uint8], Array]:
+def goal_outcomes(
+    points: FloatArray, path: FloatArray, rewards: RewardSettings
+) -> tuple[NDArray[np.uint8], FloatArray]:
     """Next cell and weighted f_theta + f_d (cells, samples) of goals at points.
 
     The cell is `REACHED` where the path comes within 0.4 m of the goal.
@@ -166,7 +167,7 @@ def goal_outcomes(points: Array, path: Array, rewards: RewardSettings) -> tuple[
     return cell.astype(np.uint8), goal_terms(before, after, facing, rewards)
 
 
-def goal_terms(before: Array, after: Array, facing: Array, rewards: RewardSettings) -> Array:
+def goal_terms(before: FloatArray, after: FloatArray, facing: FloatArray, rewards: RewardSettings) -> FloatArray:
     """Weighted f_theta + f_d (paper, Eq. 14, 15 and 17).
 
     Args:
@@ -180,7 +181,7 @@ def goal_terms(before: Array, after: Array, facing: Array, rewards: RewardSettin
     return np.asarray(rewards.facing * towards + rewards.approach * nearer)
 
 
-def influence_outcomes(points: Array, path: Array) -> tuple[NDArray[np.uint8], Array]:
+def influence_outcomes(points: FloatArray, path: FloatArray) -> tuple[NDArray[np.uint8], FloatArray]:
     """Next cell of sources of influence at points, and least distance on the way [m], (cells, samples) both.
 
     `ENTERED` is added where the path comes within 0.4 m of a source that was further away.
@@ -196,7 +197,7 @@ def influence_outcomes(points: Array, path: Array) -> tuple[NDArray[np.uint8], A
     return (influence_cell(distance[-1], angle[-1]) + ENTERED * entered).astype(np.uint8), nearest
 
 
-def allowed_moves(before: int, after: int, points: Array, nearest: Array, safety: float) -> NDArray[np.bool_]:
+def allowed_moves(before: int, after: int, points: FloatArray, nearest: FloatArray, safety: float) -> BoolArray:
     """Influence cells (cells,) in which an action may be chosen.
 
     Reaching the source of influence forces alpha to 1. An action that might reach it must begin and end at a level of
@@ -214,5 +215,5 @@ def allowed_moves(before: int, after: int, points: Array, nearest: Array, safety
     return np.asarray(~reaches.any(axis=1) | (min(before, after) >= AT_INFLUENCE - 1))
 
 
-def _checked(path: Array) -> Array:
+def _checked(path: FloatArray) -> FloatArray:
     return np.asarray(path[np.round(np.linspace(0, len(path) - 1, _CHECKS + 1)).astype(int)[1:]])

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.controller.alpha_filter import filter_kernel
 from simprep.controller.displacement import DisplacementTable
 from simprep.controller.policy import Policy
@@ -22,9 +22,7 @@ from simprep.controller.spaces import (
     relative,
 )
 
-Array = NDArray[np.float64]
-Integers = NDArray[np.int64]
-Choice = Callable[[Integers, Integers, Integers, Integers], tuple[Integers, Integers]]
+Choice = Callable[[IntArray, IntArray, IntArray, IntArray], tuple[IntArray, IntArray]]
 """From alpha level, core node, goal cell and influence cell, (N,) each, to core node and alpha level."""
 
 
@@ -39,10 +37,10 @@ class Starts:
         node: (N,) core node performed last.
     """
 
-    goal: Array
-    influence: Array
-    level: Integers
-    node: Integers
+    goal: FloatArray
+    influence: FloatArray
+    level: IntArray
+    node: IntArray
 
 
 @dataclass(frozen=True)
@@ -60,13 +58,13 @@ class Outcome:
         level_range: (N, 2) lowest and highest level commanded.
     """
 
-    reached: NDArray[np.bool_]
-    time_s: Array
-    met: NDArray[np.bool_]
-    alpha_at_influence: Array
-    alpha_on_crossing: Array
-    largest_jump: Array
-    level_range: Array
+    reached: BoolArray
+    time_s: FloatArray
+    met: BoolArray
+    alpha_at_influence: FloatArray
+    alpha_on_crossing: FloatArray
+    largest_jump: FloatArray
+    level_range: FloatArray
 
 
 def random_starts(count: int, rng: np.random.Generator, together: float = 0.5) -> Starts:
@@ -78,7 +76,7 @@ def random_starts(count: int, rng: np.random.Generator, together: float = 0.5) -
         together: share in which the source of influence is the goal, as in most of the paper's uses.
     """
 
-    def points(nearest: float) -> Array:
+    def points(nearest: float) -> FloatArray:
         distance, angle = rng.uniform(nearest, 4.0, count), rng.uniform(-np.pi, np.pi, count)
         return np.column_stack([distance * np.cos(angle), distance * np.sin(angle)])
 
@@ -90,7 +88,7 @@ def random_starts(count: int, rng: np.random.Generator, together: float = 0.5) -
 def greedy(policy: Policy) -> Choice:
     """What a policy chooses, for many states at once."""
 
-    def choose(level: Integers, node: Integers, goal: Integers, influence: Integers) -> tuple[Integers, Integers]:
+    def choose(level: IntArray, node: IntArray, goal: IntArray, influence: IntArray) -> tuple[IntArray, IntArray]:
         action = policy.actions[level, node, goal, influence].astype(np.int64)
         return action // ALPHA_LEVELS, action % ALPHA_LEVELS
 
@@ -104,7 +102,7 @@ def roll_out(
     smoothing: float,
     force: bool = True,
     actions: int = 150,
-    least: Integers | int = 0,
+    least: IntArray | int = 0,
 ) -> Outcome:
     """Let characters act until they reach the goal and, where it lies there too, the source of influence.
 

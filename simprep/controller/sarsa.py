@@ -6,12 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.controller.model import QuantisedModel, choices
 from simprep.controller.settings import LearningSettings
 from simprep.controller.spaces import ACTIONS, ALPHA_LEVELS, CORE_NODES, GOAL_CELLS, INFLUENCE_CELLS
 from simprep.errors import MissingExtraError
-
-Array = NDArray[np.float64]
 
 
 @dataclass
@@ -29,10 +28,10 @@ class Learner:
         episodes: episodes ended so far.
     """
 
-    values: Array
+    values: FloatArray
     updates: NDArray[np.uint32]
     untried: NDArray[np.uint8]
-    now: NDArray[np.int64]
+    now: IntArray
     random: NDArray[np.uint64]
     steps: int
     episodes: int
@@ -43,7 +42,7 @@ class AllowedActions:
     """Lists of allowed actions (6, 4, 20, 24) by alpha level, core node and influence cell, and their lengths."""
 
     actions: NDArray[np.uint8]
-    count: NDArray[np.int64]
+    count: IntArray
 
 
 def allowed_actions(model: QuantisedModel) -> AllowedActions:
@@ -119,6 +118,6 @@ def greedy_actions(learner: Learner, model: QuantisedModel) -> NDArray[np.uint8]
     return np.asarray(allowed_values(learner, model).argmax(axis=-1), dtype=np.uint8)
 
 
-def allowed_values(learner: Learner, model: QuantisedModel) -> Array:
+def allowed_values(learner: Learner, model: QuantisedModel) -> FloatArray:
     """Learned state-action values, -inf where the action is not allowed."""
     return np.where(choices(model)[:, :, None], learner.values, -np.inf)

@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray
 from simprep.controller.spaces import CORE_NODES
 from simprep.errors import SettingError
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -100,7 +100,7 @@ class ControllerSettings:
         if not self.safety_m >= 0:
             raise SettingError(f"safety_m {self.safety_m}; valid: 0 or more")
 
-    def successors(self) -> NDArray[np.bool_]:
+    def successors(self) -> BoolArray:
         """(4, 4) whether the second core node may follow the first."""
         barred = {tuple(pair) for pair in self.barred}
         return np.array([[(first, second) not in barred for second in self.cores] for first in self.cores])

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.motion.turns import turned
 
-Array = NDArray[np.float64]
-Cells = NDArray[np.int64]
+Cells = IntArray
 
 ALPHA_STEP = 0.2
 ALPHA_LEVELS = 6
@@ -83,7 +83,7 @@ def observe(
     return Observation(alpha, node, goal_distance, goal_angle, distance, angle)
 
 
-def relative(point: ArrayLike, position: ArrayLike, heading: ArrayLike) -> Array:
+def relative(point: ArrayLike, position: ArrayLike, heading: ArrayLike) -> FloatArray:
     """Points on the floor (..., 2) as seen by a character: forward and left of it [m].
 
     Args:
@@ -95,7 +95,7 @@ def relative(point: ArrayLike, position: ArrayLike, heading: ArrayLike) -> Array
     return turned(offset, -np.asarray(heading))
 
 
-def polar(point: Array) -> tuple[Array, Array]:
+def polar(point: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Distance [m] and angle [rad, -pi to pi] of points (..., 2)."""
     return np.hypot(point[..., 0], point[..., 1]), np.arctan2(point[..., 1], point[..., 0])
 
@@ -153,7 +153,7 @@ def decode(state: ArrayLike) -> tuple[Cells, Cells, Cells, Cells]:
     return level, node, goal, influence
 
 
-def cell_samples(sectors: int, radial: int, angular: int) -> Array:
+def cell_samples(sectors: int, radial: int, angular: int) -> FloatArray:
     """Midpoints of an even grid of every cell in distance and angle: forward and left of the character [m].
 
     The shape is (5 * sectors, angular * radial, 2); the distance varies fastest. The last ring ends at `RANGE_M`.

@@ -7,9 +7,9 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simprep.archive import open_archive
+from simprep.arrays import FloatArray
 from simprep.controller.displacement import DisplacementTable
 from simprep.controller.model import QuantisedModel, build_model
 from simprep.controller.policy import Policy, settings_from_json, settings_to_json
@@ -18,8 +18,6 @@ from simprep.controller.settings import ControllerSettings, LearningSettings
 from simprep.controller.value_iteration import AT_GOAL, Backup, backup, policy_values
 from simprep.errors import SettingError
 from simprep.files import atomic_path
-
-Array = NDArray[np.float64]
 
 SCHEMA = "simprep.training/1"
 ROUND = 1_000_000
@@ -63,7 +61,7 @@ class Training:
     table: DisplacementTable
     learner: Learner
     curve: list[CurvePoint]
-    previous: Array
+    previous: FloatArray
     wall_s: float = 0.0
 
     def finished(self) -> bool:
@@ -98,7 +96,7 @@ def run(
 
     model = build_model(training.table, training.settings)
     exact = backup(model)
-    values: Array | None = None
+    values: FloatArray | None = None
     learn(training.learner, model, training.learning, 0)  # compiles
     while not training.finished():
         steps = min(next_look(training.learner.steps), training.learning.steps) - training.learner.steps
@@ -130,7 +128,7 @@ def policy_of(training: Training, model: QuantisedModel | None = None) -> Policy
     return Policy(greedy_actions(training.learner, model), training.table, training.settings, origin)
 
 
-def _look(training: Training, model: QuantisedModel, exact: Backup, guess: Array | None) -> Array:
+def _look(training: Training, model: QuantisedModel, exact: Backup, guess: FloatArray | None) -> FloatArray:
     """Add a point to the learning curve; gives the values of the policy, a good first guess for the next point."""
     learned = allowed_values(training.learner, model)
     state_values = learned.max(axis=-1)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import sparse
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.controller.model import ENTERED, REACHED, QuantisedModel, choices
 from simprep.controller.spaces import (
     ACTIONS,
@@ -20,7 +21,6 @@ from simprep.controller.spaces import (
     state_index,
 )
 
-Array = NDArray[np.float64]
 STATE_SHAPE = (ALPHA_LEVELS, CORE_NODES, GOAL_CELLS, INFLUENCE_CELLS)
 AT_GOAL = GOAL_ANGLES
 """The first goal cells, of the nearest ring, are terminal."""
@@ -44,19 +44,19 @@ class Backup:
         arrival: return credited on reaching the goal.
     """
 
-    moves: NDArray[np.int64]
-    goal: Array
-    reached: Array
-    influence: Array
-    entered: Array
-    pairs: NDArray[np.int64]
+    moves: IntArray
+    goal: FloatArray
+    reached: FloatArray
+    influence: FloatArray
+    entered: FloatArray
+    pairs: IntArray
     together: sparse.csr_array
-    reward: Array
-    choices: NDArray[np.bool_]
+    reward: FloatArray
+    choices: BoolArray
     discount: float
     arrival: float
 
-    def action_values(self, values: Array, discount: float, arrival: float) -> Array:
+    def action_values(self, values: FloatArray, discount: float, arrival: float) -> FloatArray:
         """Expected return (M, 40, 20) of every action, then following `values`; without the reward.
 
         Args:
@@ -101,7 +101,7 @@ def backup(model: QuantisedModel) -> Backup:
     )
 
 
-def _joint(model: QuantisedModel, move: NDArray[np.int64], pairs: NDArray[np.int64], reward: Array) -> sparse.csr_array:
+def _joint(model: QuantisedModel, move: IntArray, pairs: IntArray, reward: FloatArray) -> sparse.csr_array:
     """(P, 19201) probabilities of the next state where goal and source of influence are one; sets the reward there."""
     node, before, after = (int(number) for number in move)
     table = np.zeros((len(pairs), STATES + 1))
@@ -120,7 +120,7 @@ def _joint(model: QuantisedModel, move: NDArray[np.int64], pairs: NDArray[np.int
     return sparse.csr_array(table)
 
 
-def by_action(exact: Backup, by_move: Array) -> Array:
+def by_action(exact: Backup, by_move: FloatArray) -> FloatArray:
     """Values (6, 4, 40, 20, 24) per state and action, of values (M, 40, 20) per move; -inf if not allowed."""
     node, before, after = exact.moves.T
     table = np.full((ALPHA_LEVELS, ACTIONS, GOAL_CELLS, INFLUENCE_CELLS), -np.inf)
@@ -129,12 +129,12 @@ def by_action(exact: Backup, by_move: Array) -> Array:
     return np.where(exact.choices[:, :, None], table, -np.inf)
 
 
-def best_actions(action_values: Array) -> NDArray[np.uint8]:
+def best_actions(action_values: FloatArray) -> NDArray[np.uint8]:
     """Greedy policy (6, 4, 40, 20) of action values (6, 4, 40, 20, 24)."""
     return np.asarray(action_values.argmax(axis=-1), dtype=np.uint8)
 
 
-def value_iteration(exact: Backup, tolerance: float = 1e-9) -> tuple[Array, NDArray[np.uint8]]:
+def value_iteration(exact: Backup, tolerance: float = 1e-9) -> tuple[FloatArray, NDArray[np.uint8]]:
     """The largest return from every state, and the actions of a policy that earns it, both (6, 4, 40, 20).
 
     At the goal the value is the return credited on reaching it.
@@ -156,8 +156,8 @@ def value_iteration(exact: Backup, tolerance: float = 1e-9) -> tuple[Array, NDAr
 
 
 def policy_values(
-    exact: Backup, policy: NDArray[np.uint8], start: Array | None = None, tolerance: float = 1e-9
-) -> Array:
+    exact: Backup, policy: NDArray[np.uint8], start: FloatArray | None = None, tolerance: float = 1e-9
+) -> FloatArray:
     """Return (6, 4, 40, 20) that a policy earns from every state.
 
     Args:
@@ -169,7 +169,7 @@ def policy_values(
     return _follow(exact, policy, start, exact.reward, exact.discount, exact.arrival, tolerance)
 
 
-def arrival_probability(exact: Backup, policy: NDArray[np.uint8], actions: int = 2000) -> Array:
+def arrival_probability(exact: Backup, policy: NDArray[np.uint8], actions: int = 2000) -> FloatArray:
     """Probability that a policy reaches the goal within so many actions, from every state (6, 4, 40, 20)."""
     values = np.zeros(STATE_SHAPE)
     values[:, :, :AT_GOAL] = 1.0
@@ -183,7 +183,7 @@ def arrival_probability(exact: Backup, policy: NDArray[np.uint8], actions: int =
     return values
 
 
-def reachable(exact: Backup, policy: NDArray[np.uint8] | None = None) -> NDArray[np.bool_]:
+def reachable(exact: Backup, policy: NDArray[np.uint8] | None = None) -> BoolArray:
     """States (6, 4, 40, 20) from which the goal is reached with a probability above 0.
 
     Args:
@@ -202,14 +202,14 @@ def reachable(exact: Backup, policy: NDArray[np.uint8] | None = None) -> NDArray
         known = wider
 
 
-def _picker(exact: Backup, policy: NDArray[np.uint8]) -> Callable[[Array], Array]:
+def _picker(exact: Backup, policy: NDArray[np.uint8]) -> Callable[[FloatArray], FloatArray]:
     number = np.full((ALPHA_LEVELS, ACTIONS), -1)
     node, before, after = exact.moves.T
     number[before, node * ALPHA_LEVELS + after] = np.arange(len(exact.moves))
     level, _, goal, influence = np.indices(STATE_SHAPE)
     move = number[level, policy]
 
-    def pick(by_move: Array) -> Array:
+    def pick(by_move: FloatArray) -> FloatArray:
         return np.asarray(by_move[move, goal, influence])
 
     return pick
@@ -218,12 +218,12 @@ def _picker(exact: Backup, policy: NDArray[np.uint8]) -> Callable[[Array], Array
 def _follow(
     exact: Backup,
     policy: NDArray[np.uint8],
-    start: Array | None,
-    reward: Array,
+    start: FloatArray | None,
+    reward: FloatArray,
     discount: float,
     arrival: float,
     tolerance: float,
-) -> Array:
+) -> FloatArray:
     values = np.full(STATE_SHAPE, arrival) if start is None else start.copy()
     values[:, :, :AT_GOAL] = arrival
     pick = _picker(exact, policy)
@@ -237,7 +237,7 @@ def _follow(
             return values
 
 
-def _shares(outcomes: NDArray[np.uint8], kinds: int) -> Array:
+def _shares(outcomes: NDArray[np.uint8], kinds: int) -> FloatArray:
     """(..., samples) outcome numbers to (..., kinds) shares."""
     flat = outcomes.reshape(-1, outcomes.shape[-1])
     counts = np.zeros((len(flat), kinds))

@@ -10,8 +10,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.character import Character
 from simprep.duel.labels.annotations import Annotations
 from simprep.duel.labels.labelling import LabelResult, label_stream, propose, stream_features, train_labels
@@ -29,7 +29,6 @@ from simprep.errors import SettingError
 from simprep.motion.contacts import detect_contacts
 from simprep.threads import one_thread
 
-IntArray = NDArray[np.int64]
 SCHEMA = "simprep.duel_analysis/1"
 TOLERANCE_S = 0.05
 """Farthest that a found cut lies from a true one: three frames at 60 per second [s]."""
@@ -287,7 +286,7 @@ def annotate_from_truth(truth: Truth, match: IntArray, share: float, rng: np.ran
 
 
 def annotate_as_proposed(
-    truth: Truth, match: IntArray, share: float, features: NDArray[np.float64], character: Character
+    truth: Truth, match: IntArray, share: float, features: FloatArray, character: Character
 ) -> Annotations:
     """Annotations of a person who follows the proposals (`labelling.propose`), a tenth of the share at a time.
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.entry import Entry
 from simprep.library.parts.feet import FootPath, Stance, ankle_height
@@ -135,7 +135,7 @@ def _pressure(
 ) -> list[tuple[float, float, float]]:
     forward = 0.06
 
-    def point(side: str, time: float) -> NDArray[np.float64]:
+    def point(side: str, time: float) -> FloatArray:
         current = [stance for stance in stances[side] if stance.start <= time + 1e-9][-1]
         return support_point(side, current, forward)
 

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES, Character
 from simprep.library.parts.limbs import fist_middle
 from simprep.motion.contacts import stances
@@ -91,7 +91,7 @@ def motion_facts(motion: Motion) -> MotionFacts:
     )
 
 
-def fist_positions(kinematics: Kinematics, character: Character) -> NDArray[np.float64]:
+def fist_positions(kinematics: Kinematics, character: Character) -> FloatArray:
     """Middle (T, 2, 3) of the left and right fist in T poses, world [m].
 
     Raises:
@@ -105,7 +105,7 @@ def fist_positions(kinematics: Kinematics, character: Character) -> NDArray[np.f
     return np.stack(places, axis=1)
 
 
-def _peak_speed(points: NDArray[np.float64], fps: float) -> float:
+def _peak_speed(points: FloatArray, fps: float) -> float:
     if len(points) < 2:
         return 0.0
     return float(np.linalg.norm(np.gradient(points, 1 / fps, axis=0), axis=-1).max())

@@ -9,9 +9,9 @@ positions are planned, and the COM is kept over the feet only until the hands ar
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.humanoid import humanoid
 from simprep.library.entry import FPS, Entry
@@ -165,9 +165,7 @@ def _foot(side: str, style: HandsAndKneesStyle, end: float) -> FootPath:
     return FootPath(side, tuple(stances), pitch=pitch, via=tuple(via))
 
 
-def _on_knees(
-    ankle: NDArray[np.float64], style: HandsAndKneesStyle, times: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _on_knees(ankle: FloatArray, style: HandsAndKneesStyle, times: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Middle between the hips (T, 3) and roll (T,) that the thighs allow with both knees on the floor."""
     lengths = limb_lengths()
     kneels = np.argmin(np.abs(times - CRAWL_S))
@@ -185,15 +183,13 @@ def _on_knees(
     return np.column_stack([hip_x, np.zeros(len(times)), height.mean(axis=1)]), roll
 
 
-def _hands(
-    side: str, style: HandsAndKneesStyle, own: NDArray[np.float64], times: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _hands(side: str, style: HandsAndKneesStyle, own: FloatArray, times: FloatArray) -> FloatArray:
     """Middle of a fist on or over the floor (T, 3), world [m]."""
     first, under = 0.48, 1.20
     walk = {"right": ((OUT_S, 0.72), (2.85, under)), "left": ((2.45, 0.96), (3.27, under))}[side]
     x, z, place = np.full(len(times), first), np.full(len(times), FIST_M), first
 
-    def move(clock: NDArray[np.float64], time: float, span: float, by: float) -> None:
+    def move(clock: FloatArray, time: float, span: float, by: float) -> None:
         step = minimum_jerk((clock - time) / span)
         x[:] += by * step
         z[:] += style.hand_lift * 4 * step * (1 - step)
@@ -213,14 +209,14 @@ def _hands(
 class _Ends:
     """Ends of the limbs: pelvis (T, 3, 3), ankles, fists (T, 2, 3), feet (T, 2, 3, 3), arms on the floor (T, 1)."""
 
-    root: NDArray[np.float64]
-    ankle: NDArray[np.float64]
-    foot: NDArray[np.float64]
-    fist: NDArray[np.float64]
-    on_floor: NDArray[np.float64]
+    root: FloatArray
+    ankle: FloatArray
+    foot: FloatArray
+    fist: FloatArray
+    on_floor: FloatArray
 
 
-def _place_limbs(qpos: NDArray[np.float64], ends: _Ends) -> None:
+def _place_limbs(qpos: FloatArray, ends: _Ends) -> None:
     """Legs to the feet, arms from hanging to the floor, in place."""
     character = humanoid()
     kinematics, chest = forward_kinematics(qpos, character), character.segment("thorax")
@@ -237,9 +233,7 @@ def _place_limbs(qpos: NDArray[np.float64], ends: _Ends) -> None:
         qpos[:, arm] = (1 - ends.on_floor) * hanging + ends.on_floor * reach
 
 
-def _keep_over_feet(
-    qpos: NDArray[np.float64], ends: _Ends, over: NDArray[np.float64], weight: NDArray[np.float64]
-) -> None:
+def _keep_over_feet(qpos: FloatArray, ends: _Ends, over: FloatArray, weight: FloatArray) -> None:
     """Move the pelvis, in place, until the COM is over a point (x, share) while only the feet bear load."""
     planned = qpos[:, 0].copy()
     for _ in range(12):

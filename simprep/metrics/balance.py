@@ -6,8 +6,8 @@ Only feet count as support. While hands, knees or obstacles bear load, these num
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.humanoid import GRAVITY
 from simprep.metrics.dynamics import residual_wrench, whole_body, zero_moment_point
 from simprep.metrics.smoothing import smooth_motion
@@ -41,25 +41,23 @@ class Balance:
         residual_torque: (k,) the same for the torque about the COM [N m].
     """
 
-    time: NDArray[np.float64]
-    com: NDArray[np.float64]
-    support_centre: NDArray[np.float64]
-    foot_points: NDArray[np.float64]
-    support: NDArray[np.bool_]
-    com_cos: NDArray[np.float64]
-    com_to_edge: NDArray[np.float64]
-    xcom: NDArray[np.float64]
-    margin: NDArray[np.float64]
-    zmp: NDArray[np.float64]
-    zmp_to_edge: NDArray[np.float64]
-    residual_time: NDArray[np.float64]
-    residual_force: NDArray[np.float64]
-    residual_torque: NDArray[np.float64]
+    time: FloatArray
+    com: FloatArray
+    support_centre: FloatArray
+    foot_points: FloatArray
+    support: BoolArray
+    com_cos: FloatArray
+    com_to_edge: FloatArray
+    xcom: FloatArray
+    margin: FloatArray
+    zmp: FloatArray
+    zmp_to_edge: FloatArray
+    residual_time: FloatArray
+    residual_force: FloatArray
+    residual_torque: FloatArray
 
 
-def extrapolated_com(
-    com: NDArray[np.float64], velocity: NDArray[np.float64], gravity: float = GRAVITY
-) -> NDArray[np.float64]:
+def extrapolated_com(com: FloatArray, velocity: FloatArray, gravity: float = GRAVITY) -> FloatArray:
     """Hof's extrapolated centre of mass on the floor (n, 2) [m]: XcoM = com + v / omega0, omega0 = sqrt(g / l).
 
     l is the height of the COM above the floor in that frame, at least 0.2 m. Hof et al. (2005, J Biomech 38:1) take leg
@@ -117,7 +115,7 @@ def balance(motion: Motion, friction: float = 1.0) -> Balance:
     )
 
 
-def posture_summary(series: Balance, frames: NDArray[np.bool_] | None = None) -> dict[str, float]:
+def posture_summary(series: Balance, frames: BoolArray | None = None) -> dict[str, float]:
     """Balance of the poses and velocities over the frames in which a foot supports, by name; NaN where there is none.
 
     - `com_cos_mm`: mean distance of the COM to the centre of support on the floor, the cost in Eq. 6 of the 2013 paper.
@@ -166,14 +164,12 @@ def plausibility_summary(series: Balance) -> dict[str, float]:
     }
 
 
-def mean(values: NDArray[np.float64] | NDArray[np.bool_]) -> float:
+def mean(values: FloatArray | BoolArray) -> float:
     """Mean; NaN for no values, without a warning."""
     return float(np.mean(values)) if len(values) else float("nan")
 
 
-def centre_of_pressure_to_edge(
-    series: Balance, time: NDArray[np.float64], centre_of_pressure: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def centre_of_pressure_to_edge(series: Balance, time: FloatArray, centre_of_pressure: FloatArray) -> FloatArray:
     """Signed distance (n,) of a run's measured centre of pressure to the support polygon's edge, positive inside [m].
 
     Near zero the body pivots about an edge. Negative: something besides the two feet bears load, or a foot pushed with

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import forward_kinematics
@@ -49,9 +49,7 @@ class FootSlip:
         return self.travel_m / self.contact_s if self.contact_s > 0 else float("nan")
 
 
-def sphere_slip(
-    centres: NDArray[np.float64], rotations: NDArray[np.float64], radius: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def sphere_slip(centres: FloatArray, rotations: FloatArray, radius: FloatArray) -> FloatArray:
     """Horizontal distance (n - 1, ...) that spheres on the floor slide between frames [m].
 
     The smaller of two travels counts: that of the sphere's lowest point, and that of the material at it. So neither
@@ -113,7 +111,7 @@ def foot_slip(motion: Motion) -> FootSlip:
     )
 
 
-def stance_drift(motion: Motion) -> NDArray[np.float64]:
+def stance_drift(motion: Motion) -> FloatArray:
     """Horizontal distance (S,) that each stance slides from its first third to its last, left foot's first [m].
 
     In `foot_slip` measurement noise adds up to slip; here it averages out. The point of the sole that moves least
@@ -147,7 +145,7 @@ def slip_ratio(simulated: FootSlip, reference: FootSlip) -> float:
     return (simulated.travel_m / simulated.duration_s) / (max(reference.travel_m, least) / reference.duration_s)
 
 
-def floor_penetration(motion: Motion) -> NDArray[np.float64]:
+def floor_penetration(motion: Motion) -> FloatArray:
     """Depth (T,) of the deepest point of any colliding geom below the floor z = 0, 0 or more [m].
 
     Exact for spheres and capsules, which our humanoid collides with. Hides self-penetration and obstacles.
@@ -167,7 +165,7 @@ def floor_penetration(motion: Motion) -> NDArray[np.float64]:
     return depth
 
 
-def _foot_frames(qpos: NDArray[np.float64], character: Character) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _foot_frames(qpos: FloatArray, character: Character) -> tuple[FloatArray, FloatArray]:
     model = character.model
     data = mujoco.MjData(model)
     feet = character.sole_geoms
@@ -181,7 +179,7 @@ def _foot_frames(qpos: NDArray[np.float64], character: Character) -> tuple[NDArr
     return centres, rotations
 
 
-def _inner_stance(contact: NDArray[np.bool_], gap: float, edge: int) -> NDArray[np.bool_]:
+def _inner_stance(contact: BoolArray, gap: float, edge: int) -> BoolArray:
     """Stances without their edges. Shorter gaps are closed first; the ends of the motion are no edges."""
     closed = contact.copy()
     for first, after in stances(~contact):

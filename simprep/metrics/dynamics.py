@@ -5,8 +5,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.physics.inverse_dynamics import nonnegative_least_squares
 
 FLIGHT_SHARE = 0.1
@@ -25,16 +25,14 @@ class WholeBody:
         torque: (n, 3) the same wrench's moment about the COM [N m].
     """
 
-    com: NDArray[np.float64]
-    com_velocity: NDArray[np.float64]
-    angular_momentum: NDArray[np.float64]
-    force: NDArray[np.float64]
-    torque: NDArray[np.float64]
+    com: FloatArray
+    com_velocity: FloatArray
+    angular_momentum: FloatArray
+    force: FloatArray
+    torque: FloatArray
 
 
-def whole_body(
-    model: Any, qpos: NDArray[np.float64], qvel: NDArray[np.float64], qacc: NDArray[np.float64]
-) -> WholeBody:
+def whole_body(model: Any, qpos: FloatArray, qvel: FloatArray, qacc: FloatArray) -> WholeBody:
     """Momenta and needed external wrench by recursive Newton-Euler inverse dynamics (`mj_rne`).
 
     The root's six rows of M qacc + C are what the world must push with, as no actuator acts on a free root. Captures
@@ -67,9 +65,7 @@ def whole_body(
     return WholeBody(com, velocity, angular, force, torque)
 
 
-def zero_moment_point(
-    com: NDArray[np.float64], force: NDArray[np.float64], torque: NDArray[np.float64], weight: float
-) -> NDArray[np.float64]:
+def zero_moment_point(com: FloatArray, force: FloatArray, torque: FloatArray, weight: float) -> FloatArray:
     """Floor point (n, 2) about which the needed wrench has no horizontal moment [m] (Vukobratovic and Borovac 2004).
 
     With floor contact alone the centre of pressure would have to be there: with a ZMP outside the support polygon the
@@ -90,14 +86,14 @@ def zero_moment_point(
 
 
 def residual_wrench(
-    com: NDArray[np.float64],
-    force: NDArray[np.float64],
-    torque: NDArray[np.float64],
-    points: NDArray[np.float64],
-    mask: NDArray[np.bool_],
+    com: FloatArray,
+    force: FloatArray,
+    torque: FloatArray,
+    points: FloatArray,
+    mask: BoolArray,
     friction: float = 1.0,
     lever: float = 1.0,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[FloatArray, FloatArray]:
     """Force (n,) [N] and torque about the COM (n,) [N m] that no floor contact at the supporting points could supply.
 
     Norms of what a non-negative least squares problem leaves of the needed wrench in each frame. Each point pushes

@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.metrics.balance import (
     Balance,
     balance,
@@ -123,7 +123,7 @@ def evaluate_run(
     return collect(result, own, run)
 
 
-def _contact(slip: FootSlip, depth: NDArray[np.float64]) -> dict[str, float]:
+def _contact(slip: FootSlip, depth: FloatArray) -> dict[str, float]:
     return {
         "foot_slip_mm_per_stance": slip.mm_per_stance,
         "foot_slip_m_s": slip.contact_m_per_s,
@@ -142,7 +142,7 @@ def _reference_motion(run: Run, simulated: Motion) -> Motion:
 
 def _posture(series: Balance, prepared_s: tuple[float, float] | None) -> dict[str, float]:
     result = posture_summary(series)
-    inside: NDArray[np.bool_] = np.zeros(len(series.time), dtype=bool)
+    inside: BoolArray = np.zeros(len(series.time), dtype=bool)
     if prepared_s is not None and series.time[-1] >= prepared_s[1] - 1e-9:
         inside = (series.time >= prepared_s[0] - 1e-9) & (series.time <= prepared_s[1] + 1e-9)
     part = posture_summary(series, inside)

@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.humanoid import GRAVITY
 from simprep.metrics.dynamics import FLIGHT_SHARE, WholeBody, whole_body, zero_moment_point
 from simprep.metrics.smoothing import DYNAMICS_SIGMA_S, SmoothMotion, smooth_motion
@@ -39,10 +39,10 @@ class PendulumLaw:
 
 
 def identify_pendulum(
-    com: NDArray[np.float64],
-    velocity: NDArray[np.float64],
-    acceleration: NDArray[np.float64],
-    centre_of_pressure: NDArray[np.float64],
+    com: FloatArray,
+    velocity: FloatArray,
+    acceleration: FloatArray,
+    centre_of_pressure: FloatArray,
     gravity: float = GRAVITY,
 ) -> PendulumLaw:
     """Fit the linear inverted pendulum by SINDy (Brunton et al. 2016; `pysindy`).
@@ -108,7 +108,7 @@ def identify_run(run: Run) -> PendulumLaw:
     """
     motion = run.simulated_motion()
     smooth, body = _dynamics(motion)
-    pressed: NDArray[np.bool_] = np.asarray(np.isfinite(run.centre_of_pressure).all(axis=1))
+    pressed: BoolArray = np.asarray(np.isfinite(run.centre_of_pressure).all(axis=1))
     vertical = np.where(pressed, run.ground_force[:, 2], 0.0)
     moment = vertical[:, None] * np.where(pressed[:, None], run.centre_of_pressure, 0.0)
     samples = DYNAMICS_SIGMA_S / run.timestep
@@ -129,9 +129,7 @@ def _dynamics(motion: Motion) -> tuple[SmoothMotion, WholeBody]:
     return smooth, whole_body(motion.character.model, smooth.qpos, smooth.qvel, smooth.qacc)
 
 
-def _identify(
-    motion: Motion, smooth: SmoothMotion, body: WholeBody, centre_of_pressure: NDArray[np.float64]
-) -> PendulumLaw:
+def _identify(motion: Motion, smooth: SmoothMotion, body: WholeBody, centre_of_pressure: FloatArray) -> PendulumLaw:
     acceleration = body.force / _mass(motion) - [0.0, 0.0, GRAVITY]
     keep = smooth.interior
     return identify_pendulum(body.com[keep], body.com_velocity[keep], acceleration[keep], centre_of_pressure[keep])

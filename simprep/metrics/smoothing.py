@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.ndimage import gaussian_filter1d
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import continuous_quat, multiply_quat
 
@@ -28,12 +28,8 @@ _TRUNCATE = 8.0  # a shorter kernel of second order has a constant gain: 4 cm/s^
 
 
 def gaussian_derivatives(
-    values: NDArray[np.float64],
-    fps: float,
-    orders: Sequence[int] = (0, 1, 2),
-    rate: float = ANALYSIS_HZ,
-    sigma: float = SIGMA_S,
-) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
+    values: FloatArray, fps: float, orders: Sequence[int] = (0, 1, 2), rate: float = ANALYSIS_HZ, sigma: float = SIGMA_S
+) -> tuple[FloatArray, list[FloatArray]]:
     """Low-passed signal and its time derivatives on a uniform time grid.
 
     Returns times (n,) [s] from the first sample, and one (n, k) array per order, in the unit of values per s^order.
@@ -78,14 +74,14 @@ class SmoothMotion:
         contacts: (n, 2) foot contacts of the nearest frame.
     """
 
-    time: NDArray[np.float64]
-    qpos: NDArray[np.float64]
-    qvel: NDArray[np.float64]
-    qacc: NDArray[np.float64]
-    contacts: NDArray[np.bool_]
+    time: FloatArray
+    qpos: FloatArray
+    qvel: FloatArray
+    qacc: FloatArray
+    contacts: BoolArray
 
     @property
-    def interior(self) -> NDArray[np.bool_]:
+    def interior(self) -> BoolArray:
         """(n,) frames whose accelerations do not rest on extrapolation."""
         return np.asarray((self.time > EDGE_S - 1e-9) & (self.time < self.time[-1] - EDGE_S + 1e-9))
 

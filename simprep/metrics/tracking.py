@@ -1,8 +1,8 @@
 """Tracking: how closely a simulated body follows its reference, and what the servos spend on it."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.motion.kinematics import forward_kinematics
 from simprep.physics.run import DONE, Run
 
@@ -12,7 +12,7 @@ SATURATED_SHARE = 0.99
 _STATES_HZ = 60.0
 
 
-def body_positions(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64], float]:
+def body_positions(run: Run) -> tuple[FloatArray, FloatArray, float]:
     """Origins of all segments at about 60 Hz: simulated and reference (n, segments, 3) [m], and their rate [1/s]."""
     stride = max(1, round(1 / run.timestep / _STATES_HZ))
     body = run.reference.character
@@ -21,7 +21,7 @@ def body_positions(run: Run) -> tuple[NDArray[np.float64], NDArray[np.float64], 
     return simulated, reference, 1 / (run.timestep * stride)
 
 
-def position_errors(simulated: NDArray[np.float64], reference: NDArray[np.float64]) -> dict[str, float]:
+def position_errors(simulated: FloatArray, reference: FloatArray) -> dict[str, float]:
     """Mean position errors over frames and segments by name.
 
     - `g_mpjpe_mm`: of world positions. Captures drift as well as pose; a perfect walk half a metre astray scores 500.
@@ -42,7 +42,7 @@ def position_errors(simulated: NDArray[np.float64], reference: NDArray[np.float6
     }
 
 
-def derivative_errors(simulated: NDArray[np.float64], reference: NDArray[np.float64], rate: float) -> dict[str, float]:
+def derivative_errors(simulated: FloatArray, reference: FloatArray, rate: float) -> dict[str, float]:
     """Velocity and acceleration errors of body positions by name: first and second differences at 30 Hz.
 
     `velocity_error_m_s` and `acceleration_error_m_s2` are mean norms over frames and segments; NaN for motions under
@@ -76,7 +76,7 @@ def succeeded(run: Run, max_body_distance_mm: float) -> bool:
 
 
 def effort(
-    torque: NDArray[np.float64], torque_limit: NDArray[np.float64], hinge_velocity: NDArray[np.float64], timestep: float
+    torque: FloatArray, torque_limit: FloatArray, hinge_velocity: FloatArray, timestep: float
 ) -> dict[str, float]:
     """What the servos spend, by name.
 

@@ -1,8 +1,8 @@
 """Transition: how violent the launch of the target movement is."""
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.metrics.smoothing import gaussian_derivatives
 
 TRANSITION_KEYS = (
@@ -14,11 +14,11 @@ _PEAK_HZ = 240.0
 
 
 def transition_peaks(
-    hinges: NDArray[np.float64],
+    hinges: FloatArray,
     fps: float,
     launch_s: float,
-    torque: NDArray[np.float64] | None = None,
-    torque_limit: NDArray[np.float64] | None = None,
+    torque: FloatArray | None = None,
+    torque_limit: FloatArray | None = None,
 ) -> dict[str, float]:
     """Peaks over all hinges within 0.25 s before and after the launch of the target, by name.
 

@@ -3,15 +3,15 @@
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import FloatArray
 from simprep.character import ROLES, SIDES, Character
 from simprep.motion.limb_paths import Limb, candidates, limb_path, worst_angle
 from simprep.motion.targets import Targets, frame_from, unit
 
 
-def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
+def closed_form(targets: Targets, character: Character) -> FloatArray:
     """Poses (T, nq) near the targets, in closed form and within the limits; no frame starts from another.
 
     Each spine joint takes an equal share of the rotation from pelvis to chest; neck and head half each of the one from
@@ -29,7 +29,7 @@ def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
     qpos[:, :3] = at["pelvis"]
     qpos[:, 3:7] = Rotation.from_matrix(pelvis).as_quat(scalar_first=True)
 
-    def put(name: str, axis: int, angle: NDArray[np.float64]) -> None:
+    def put(name: str, axis: int, angle: FloatArray) -> None:
         index = character.anatomical(name)
         if index is not None:
             sign = np.sign(model.jnt_axis[1 + index, axis])
@@ -66,7 +66,7 @@ def closed_form(targets: Targets, character: Character) -> NDArray[np.float64]:
     return qpos
 
 
-def least_errors(targets: Targets, character: Character, limb: str) -> NDArray[np.float64]:
+def least_errors(targets: Targets, character: Character, limb: str) -> FloatArray:
     """Least angle (T,) to the directions of a limb's two bones, the larger of both, over all poses within the limits [rad].
 
     Args:
@@ -83,26 +83,20 @@ def least_errors(targets: Targets, character: Character, limb: str) -> NDArray[n
     return np.asarray(worst_angle(geometry, candidates(geometry, wanted), wanted[:, None]).min(axis=1))
 
 
-def _trunk(at: dict[str, NDArray[np.float64]]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _trunk(at: dict[str, FloatArray]) -> tuple[FloatArray, FloatArray]:
     """Orientations of pelvis and chest (T, 3, 3)."""
     pelvis = frame_from(at["left_thigh"] - at["right_thigh"], at["abdomen"] - at["pelvis"])
     return pelvis, frame_from(at["left_upper_arm"] - at["right_upper_arm"], at["neck"] - at["thorax"])
 
 
-def _bones(
-    at: dict[str, NDArray[np.float64]], names: tuple[str, str, str], parent: NDArray[np.float64]
-) -> list[NDArray[np.float64]]:
+def _bones(at: dict[str, FloatArray], names: tuple[str, str, str], parent: FloatArray) -> list[FloatArray]:
     """Directions of a limb's bones in the frame of its parent, (T, 3) each."""
     return [np.einsum("tji,tj->ti", parent, unit(at[b] - at[a])) for a, b in pairwise(names)]
 
 
 def _limb_into(
-    qpos: NDArray[np.float64],
-    character: Character,
-    targets: Targets,
-    parent: NDArray[np.float64],
-    names: tuple[str, str, str],
-) -> NDArray[np.float64]:
+    qpos: FloatArray, character: Character, targets: Targets, parent: FloatArray, names: tuple[str, str, str]
+) -> FloatArray:
     """Fill in a limb's four hinges; returns the orientations of its second bone (T, 3, 3)."""
     limb = Limb.of_character(character, names)
     at = {name: targets.positions[:, ROLES.index(name)] for name in names}

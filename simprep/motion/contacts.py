@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.humanoid import humanoid
 from simprep.motion.kinematics import forward_kinematics
@@ -33,12 +33,12 @@ class ContactSettings:
 
 
 def detect_contacts(
-    qpos: NDArray[np.float64],
+    qpos: FloatArray,
     fps: float,
     character: Character = humanoid(),
     settings: ContactSettings | None = None,
     floor: float = 0.0,
-) -> NDArray[np.bool_]:
+) -> BoolArray:
     """Feet in contact (T, 2), left and right, of a pose sequence, at any frame rate.
 
     Args:
@@ -51,9 +51,7 @@ def detect_contacts(
     return contacts_of_points(forward_kinematics(qpos, character).foot_points - [0.0, 0.0, floor], fps, settings)
 
 
-def contacts_of_points(
-    points: NDArray[np.float64], fps: float, settings: ContactSettings | None = None
-) -> NDArray[np.bool_]:
+def contacts_of_points(points: FloatArray, fps: float, settings: ContactSettings | None = None) -> BoolArray:
     """Feet in contact (T, 2), left and right, by the points of the soles.
 
     Args:
@@ -73,13 +71,13 @@ def contacts_of_points(
     return without_brief(~without_brief(~contacts, shortest), shortest)
 
 
-def stances(contact: NDArray[np.bool_]) -> list[tuple[int, int]]:
+def stances(contact: BoolArray) -> list[tuple[int, int]]:
     """Stances of one foot, of contact flags (T,): the first frame of each and the frame after its last."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], contact, [False]]).astype(int)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
 
 
-def without_brief(contacts: NDArray[np.bool_], shortest: float) -> NDArray[np.bool_]:
+def without_brief(contacts: BoolArray, shortest: float) -> BoolArray:
     """Contact flags (T, 2) without stances of fewer than `shortest` frames, but for those at the ends of the motion."""
     out = contacts.copy()
     for side in (0, 1):
@@ -89,7 +87,7 @@ def without_brief(contacts: NDArray[np.bool_], shortest: float) -> NDArray[np.bo
     return out
 
 
-def _hysteresis(enter: NDArray[np.bool_], stay: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _hysteresis(enter: BoolArray, stay: BoolArray) -> BoolArray:
     out = np.zeros(len(enter), dtype=bool)
     # a run of frames that may stay is a stance from the first one on that may enter
     for first, after in stances(stay | enter):

@@ -3,14 +3,16 @@
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.interpolate import BPoly, pchip_interpolate
 
-Curve = Callable[[NDArray[np.float64]], NDArray[np.float64]]
+from simprep.arrays import FloatArray
+
+Curve = Callable[[FloatArray], FloatArray]
 """Times (T,) [s] to values (T,) or (T, n)."""
 
 
-def minimum_jerk(share: ArrayLike) -> NDArray[np.float64]:
+def minimum_jerk(share: ArrayLike) -> FloatArray:
     """Minimum-jerk step from 0 to 1 (Flash & Hogan 1985, J Neurosci 5:1688, eq. for rest-to-rest reaching).
 
     Args:
@@ -20,14 +22,12 @@ def minimum_jerk(share: ArrayLike) -> NDArray[np.float64]:
     return np.asarray(s**3 * (10 - 15 * s + 6 * s * s))
 
 
-def smooth_step(share: NDArray[np.float64]) -> NDArray[np.float64]:
+def smooth_step(share: FloatArray) -> FloatArray:
     """Cubic step from 0 to 1, at rest at both ends, for weights. `share` (...) of the way is 0 to 1."""
     return np.asarray(share * share * (3 - 2 * share))
 
 
-def dying_away(
-    share: NDArray[np.float64], value: NDArray[np.float64] | float, slope: NDArray[np.float64] | float
-) -> NDArray[np.float64]:
+def dying_away(share: FloatArray, value: FloatArray | float, slope: FloatArray | float) -> FloatArray:
     """Cubic (Hermite) curve from a value and a slope to rest at 0.
 
     Args:
@@ -60,7 +60,7 @@ def key_curve(times: Sequence[float], values: ArrayLike, period: float | None = 
     spline = BPoly.from_derivatives(t, np.stack([v, slope, np.zeros_like(v)], axis=1))
     first, last = t[0], t[-1]
 
-    def evaluate(at: NDArray[np.float64]) -> NDArray[np.float64]:
+    def evaluate(at: FloatArray) -> FloatArray:
         at = np.asarray(at, dtype=np.float64)
         inside = np.mod(at, period) if period is not None else np.clip(at, first, last)
         return np.asarray(spline(inside))

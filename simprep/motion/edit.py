@@ -3,9 +3,9 @@
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.errors import MotionError, SettingError
 from simprep.motion.formats.skeleton import MAX_VALUES
@@ -13,7 +13,7 @@ from simprep.motion.motion import MAX_FPS, MIN_FPS, Motion
 from simprep.motion.rotations import multiply_quat, wrap_angle
 
 
-def yaw(quat: NDArray[np.float64]) -> NDArray[np.float64]:
+def yaw(quat: FloatArray) -> FloatArray:
     """Heading (...) [rad] of root quaternions (..., 4) wxyz: body x against world x, counter-clockwise from above."""
     w, x, y, z = np.moveaxis(np.asarray(quat), -1, 0)
     return np.asarray(np.arctan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z)))
@@ -93,7 +93,7 @@ def resample(motion: Motion, fps: float) -> Motion:
     return replace(motion, qpos=qpos, fps=fps, contacts=source.contacts[nearest], events=events)
 
 
-def sample(motion: Motion, times: NDArray[np.float64]) -> NDArray[np.float64]:
+def sample(motion: Motion, times: FloatArray) -> FloatArray:
     """Poses (N, nq) at any times, held at the ends.
 
     Args:
@@ -140,7 +140,7 @@ def repeat(motion: Motion, cycles: int) -> Motion:
     return replace(motion, qpos=np.concatenate(pieces), contacts=np.tile(motion.contacts, (cycles, 1)))
 
 
-def loop_displacement(motion: Motion) -> tuple[float, NDArray[np.float64]]:
+def loop_displacement(motion: Motion) -> tuple[float, FloatArray]:
     """How far one cycle of a loop turns [rad], and its root's step on the floor (2,), in the motion's world frame [m].
 
     The pose after the last is interpolated from the last and the first two inter-frame root displacements.
@@ -158,7 +158,7 @@ def loop_displacement(motion: Motion) -> tuple[float, NDArray[np.float64]]:
     return turn, step
 
 
-def _missing_step(before: NDArray[np.float64], after: NDArray[np.float64]) -> NDArray[np.float64]:
+def _missing_step(before: FloatArray, after: FloatArray) -> FloatArray:
     """The step between two runs of steps: cubic through two on either side; linear where there is only one."""
     nearest = before[-1] + after[0]
     return np.asarray(nearest / 2 if len(before) < 4 else (4 * nearest - before[-2] - after[1]) / 6)

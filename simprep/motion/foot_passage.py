@@ -3,9 +3,9 @@
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.character import Character
 from simprep.motion.foot_stance import FootholdSettings
 from simprep.motion.footholds import FootPoses, Held, hold_feet, sole_geometry, sole_points
@@ -14,13 +14,13 @@ from simprep.motion.targets import unit
 
 def place_feet(
     feet: FootPoses,
-    hips: NDArray[np.float64],
-    knees: NDArray[np.float64],
-    contacts: NDArray[np.bool_],
+    hips: FloatArray,
+    knees: FloatArray,
+    contacts: BoolArray,
     fps: float,
     character: Character,
     settings: FootholdSettings | None = None,
-) -> tuple[FootPoses, NDArray[np.bool_]]:
+) -> tuple[FootPoses, BoolArray]:
     """Feet that do not slide while `contacts` says that they stand on the floor z = 0, and move smoothly in between.
 
     Returns the poses, and the contacts without the frames in which a foot lets go or slides to another place.
@@ -63,9 +63,7 @@ def place_feet(
     return FootPoses(position, rotation), contacts
 
 
-def _passing(
-    feet: FootPoses, held: Held, fps: float, character: Character, settings: FootholdSettings
-) -> NDArray[np.bool_]:
+def _passing(feet: FootPoses, held: Held, fps: float, character: Character, settings: FootholdSettings) -> BoolArray:
     """(T, 2) feet that move over the floor without being held."""
     if len(feet.position) < 2:
         return np.zeros(held.contacts.shape, dtype=bool)
@@ -79,13 +77,7 @@ def _passing(
     return np.asarray(free & (lowest > settings.still_speed))
 
 
-def _tip(
-    rotation: NDArray[np.float64],
-    ankle: NDArray[np.float64],
-    centres: NDArray[np.float64],
-    radii: NDArray[np.float64],
-    largest: float,
-) -> NDArray[np.float64]:
+def _tip(rotation: FloatArray, ankle: FloatArray, centres: FloatArray, radii: FloatArray, largest: float) -> FloatArray:
     """Orientations (n, 3, 3) of feet in the floor, turned towards level just enough to bring the sole out.
 
     `ankle` (n,) are heights [m], `centres` (4, 3) and `radii` (4,) the sole's spheres in the foot's frame [m],
@@ -110,9 +102,7 @@ def _tip(
     return np.asarray(Rotation.from_rotvec(angle[:, None] * axis).as_matrix() @ rotation)
 
 
-def _spare(
-    hip: NDArray[np.float64], knee: NDArray[np.float64], ankle: NDArray[np.float64], settings: FootholdSettings
-) -> NDArray[np.float64]:
+def _spare(hip: FloatArray, knee: FloatArray, ankle: FloatArray, settings: FootholdSettings) -> FloatArray:
     """Length (T, 2) [m] that a leg can gain until its knee has straightened by `straighten`."""
     thigh, shank = np.linalg.norm(knee - hip, axis=-1), np.linalg.norm(ankle - knee, axis=-1)
     distance = np.linalg.norm(ankle - hip, axis=-1)
@@ -122,7 +112,7 @@ def _spare(
     return np.asarray(np.maximum(longest - distance, 0.0))
 
 
-def _ease(offset: NDArray[np.float64], runs: list[tuple[int, int]], longest: int, recent: int) -> None:
+def _ease(offset: FloatArray, runs: list[tuple[int, int]], longest: int, recent: int) -> None:
     """Fill the frames between stances, in place, by cubics that keep value and half the slope of `offset` (T, 3).
 
     `runs` are the stances, `longest` the frames in which a correction fades. The slope is that of the last `recent`
@@ -166,13 +156,8 @@ def _ease(offset: NDArray[np.float64], runs: list[tuple[int, int]], longest: int
 
 
 def _hermite(
-    at: NDArray[np.intp],
-    span: int,
-    begin: NDArray[np.float64],
-    end: NDArray[np.float64],
-    slope_begin: NDArray[np.float64],
-    slope_end: NDArray[np.float64],
-) -> NDArray[np.float64]:
+    at: IndexArray, span: int, begin: FloatArray, end: FloatArray, slope_begin: FloatArray, slope_end: FloatArray
+) -> FloatArray:
     u = (at / span)[:, None]
     return np.asarray(
         (2 * u**3 - 3 * u**2 + 1) * begin

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.motion.rotations import axis_rotation
 from simprep.motion.targets import UPRIGHT, unit
 
@@ -71,13 +71,13 @@ class Stance:
 
     def __init__(
         self,
-        points: NDArray[np.float64],
-        rotation: NDArray[np.float64],
-        centres: NDArray[np.float64],
-        radii: NDArray[np.float64],
-        ankle: NDArray[np.float64],
-        leg: NDArray[np.float64],
-        fold: NDArray[np.float64],
+        points: FloatArray,
+        rotation: FloatArray,
+        centres: FloatArray,
+        radii: FloatArray,
+        ankle: FloatArray,
+        leg: FloatArray,
+        fold: FloatArray,
         settings: FootholdSettings,
     ) -> None:
         self.points, self.centres, self.radii, self.settings = points, centres, radii, settings
@@ -98,7 +98,7 @@ class Stance:
         self.slides = bool(np.ptp(self.place[flat], axis=0).max() > settings.sliding)
 
 
-def knee_offset(hip: NDArray[np.float64], knee: NDArray[np.float64], ankle: NDArray[np.float64]) -> NDArray[np.float64]:
+def knee_offset(hip: FloatArray, knee: FloatArray, ankle: FloatArray) -> FloatArray:
     """Direction (n, 2), in plan, of a folded leg's foot flat on the floor; its length is the knee's offset [m].
 
     The ankle bends in the plane of the leg, so a flat foot points along the line in which that plane meets the floor.
@@ -114,7 +114,7 @@ def knee_offset(hip: NDArray[np.float64], knee: NDArray[np.float64], ankle: NDAr
     return np.asarray(unit(np.stack([normal[:, 1], -normal[:, 0]], axis=-1)) * offset[:, None])
 
 
-def _towards_knee(heading: float, fold: NDArray[np.float64], settings: FootholdSettings) -> float:
+def _towards_knee(heading: float, fold: FloatArray, settings: FootholdSettings) -> float:
     """Turn of a foothold towards the plane of the knee [rad], because our shank, unlike people's, has no torsion.
 
     It is a least-squares compromise between the headings of foot and knee; the knee counts by its offset `fold`.
@@ -126,9 +126,7 @@ def _towards_knee(heading: float, fold: NDArray[np.float64], settings: FootholdS
     return float(np.clip(turn, -settings.torsion, settings.torsion))
 
 
-def hold(
-    stance: Stance, part: slice, shank: NDArray[np.float64], turning: bool
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def hold(stance: Stance, part: slice, shank: FloatArray, turning: bool) -> tuple[FloatArray, FloatArray]:
     """Positions (n, 3) and orientations (n, 3, 3) of the foot through one still part of a stance."""
     settings, centres, radii = stance.settings, stance.centres, stance.radii
     weight, points = stance.weight[part], stance.points[part]
@@ -164,45 +162,39 @@ def hold(
     return np.concatenate([plan, -height.min(axis=1)[:, None]], axis=1), new
 
 
-def _ball(centres: NDArray[np.float64]) -> list[int]:
+def _ball(centres: FloatArray) -> list[int]:
     """The ball of a foot: its widest pair of points of (N, 3), the foremost of equally wide ones."""
     ahead = 1e-3 * centres[:, 0]
     return [int((centres[:, 1] + ahead).argmax()), int((-centres[:, 1] + ahead).argmax())]
 
 
-def _oriented(
-    heading: NDArray[np.float64], pitch: NDArray[np.float64], roll: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _oriented(heading: FloatArray, pitch: FloatArray, roll: FloatArray) -> FloatArray:
     """Orientations (n, 3, 3) of feet: heading, then pitch (toe down), then roll [rad]."""
     return axis_rotation("z", heading) @ axis_rotation("y", pitch) @ axis_rotation("x", roll)
 
 
-def _anchors(
-    points: NDArray[np.float64], heading: float, bearing: NDArray[np.float64], centres: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def _anchors(points: FloatArray, heading: float, bearing: FloatArray, centres: FloatArray) -> FloatArray:
     """Places (4, 2) of the sole's points in the flat foothold that fits a stance best [m]."""
     local = (centres @ axis_rotation("z", heading).T)[:, :2]  # about the ankle of the flat foot
     return np.asarray(np.einsum("np,npi->i", bearing, points[..., :2] - local) / bearing.sum() + local)
 
 
-def _held_by(
-    offset: NDArray[np.float64], height: NDArray[np.float64], settings: FootholdSettings
-) -> NDArray[np.float64]:
+def _held_by(offset: FloatArray, height: FloatArray, settings: FootholdSettings) -> FloatArray:
     """Mean of offsets (..., 4, 2) over the lowest points, heights (..., 4)."""
     load = np.exp(-(height - height.min(axis=-1, keepdims=True)) / settings.softness)
     return np.asarray(np.einsum("...p,...pi->...i", load / load.sum(axis=-1, keepdims=True), offset))
 
 
 def _rolling_pitch(
-    pitch: NDArray[np.float64],
+    pitch: FloatArray,
     heading: float,
-    anchors: NDArray[np.float64],
-    ankle: NDArray[np.float64],
-    leg: NDArray[np.float64],
-    centres: NDArray[np.float64],
-    radii: NDArray[np.float64],
+    anchors: FloatArray,
+    ankle: FloatArray,
+    leg: FloatArray,
+    centres: FloatArray,
+    radii: FloatArray,
     settings: FootholdSettings,
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Pitch (n,) that brings a rolling foot's ankle nearest to the leg's; the source's foot may have another length.
 
     `pitch` (n,) is the source's, toe down [rad], `heading` the foothold's [rad], `anchors` (4, 2) the places of the

@@ -8,9 +8,9 @@ tilts, its lowest points keep their places in that foothold, so it rolls without
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.motion.contacts import stances
 from simprep.motion.foot_stance import FootholdSettings, Stance, hold, knee_offset
@@ -26,18 +26,18 @@ class FootPoses:
         rotation: (T, 2, 3, 3) orientations of the feet.
     """
 
-    position: NDArray[np.float64]
-    rotation: NDArray[np.float64]
+    position: FloatArray
+    rotation: FloatArray
 
 
-def sole_geometry(character: Character) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def sole_geometry(character: Character) -> tuple[FloatArray, FloatArray]:
     """Centres (2, 4, 3) in the foot's frame and radii (2, 4) of the foot spheres [m]."""
     model = character.model
     ids = character.sole_geoms
     return np.array(model.geom_pos[ids]), np.array(model.geom_size[ids, 0])
 
 
-def sole_points(feet: FootPoses, character: Character) -> NDArray[np.float64]:
+def sole_points(feet: FootPoses, character: Character) -> FloatArray:
     """Lowest points of the foot spheres, (T, 2, 4, 3) [m]."""
     centres, radii = sole_geometry(character)
     points = feet.position[:, :, None] + centres @ np.swapaxes(feet.rotation, -1, -2)
@@ -57,16 +57,16 @@ class Held:
     """
 
     feet: FootPoses
-    bearing: NDArray[np.bool_]
-    contacts: NDArray[np.bool_]
+    bearing: BoolArray
+    contacts: BoolArray
     spans: tuple[list[tuple[int, int]], list[tuple[int, int]]]
 
 
 def hold_feet(
     feet: FootPoses,
-    hips: NDArray[np.float64],
-    knees: NDArray[np.float64],
-    contacts: NDArray[np.bool_],
+    hips: FloatArray,
+    knees: FloatArray,
+    contacts: BoolArray,
     fps: float,
     character: Character,
     settings: FootholdSettings,
@@ -148,7 +148,7 @@ def _still_parts(stance: Stance, fps: float, settings: FootholdSettings) -> list
 
 
 def _slides(
-    held: list[tuple[int, int]], run: tuple[int, int], points: NDArray[np.float64], settings: FootholdSettings
+    held: list[tuple[int, int]], run: tuple[int, int], points: FloatArray, settings: FootholdSettings
 ) -> list[tuple[int, int]]:
     """Parts of a stance between its holds in which every sole point travels."""
     edges = [run[0], *(edge for hold in held for edge in hold), run[1]]
@@ -160,7 +160,7 @@ def _slides(
     return out
 
 
-def _grip(off: NDArray[np.float64], fps: float, settings: FootholdSettings) -> tuple[int, int]:
+def _grip(off: FloatArray, fps: float, settings: FootholdSettings) -> tuple[int, int]:
     """First frame, and frame after the last, of a hold without ends where its ankle is `off` (n, 3) from the leg's [m].
 
     Such ends occur at push-off: people's toes bend, ours do not.

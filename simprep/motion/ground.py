@@ -3,9 +3,9 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
+from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.character import ROLES, Character
 from simprep.humanoid import GRAVITY
 from simprep.motion.contacts import contacts_of_points, stances, without_brief
@@ -58,9 +58,9 @@ class Placed:
         warnings: what was changed.
     """
 
-    qpos: NDArray[np.float64]
-    contacts: NDArray[np.bool_]
-    unsettled: NDArray[np.bool_]
+    qpos: FloatArray
+    contacts: BoolArray
+    unsettled: BoolArray
     warnings: tuple[str, ...] = ()
 
 
@@ -121,7 +121,7 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
     return Placed(qpos, contacts, unsettled, tuple(warnings))
 
 
-def _three_cycles(targets: Targets, step: NDArray[np.float64]) -> Targets:
+def _three_cycles(targets: Targets, step: FloatArray) -> Targets:
     positions = np.concatenate([targets.positions + cycle * step for cycle in range(3)])
     return replace(targets, positions=positions, orientations=np.tile(targets.orientations, (3, 1, 1, 1)))
 
@@ -167,7 +167,7 @@ def level_floor(targets: Targets, character: Character) -> tuple[Targets, list[s
     return replace(targets, positions=positions), warnings
 
 
-def _follow_feet(lower: NDArray[np.float64], known: NDArray[np.intp], fps: float) -> NDArray[np.float64]:
+def _follow_feet(lower: FloatArray, known: IndexArray, fps: float) -> FloatArray:
     """Height of the ground under the standing foot (T,), interpolated in flight [m]."""
     if not len(known):
         return np.full(len(lower), float(lower.min()))
@@ -175,7 +175,7 @@ def _follow_feet(lower: NDArray[np.float64], known: NDArray[np.intp], fps: float
     return np.asarray(gaussian_filter1d(level, 0.03 * fps, mode="nearest"))
 
 
-def _flight_arcs(footing: NDArray[np.bool_], fps: float) -> NDArray[np.float64]:
+def _flight_arcs(footing: BoolArray, fps: float) -> FloatArray:
     """Rise of the body (T,) in free flight between two stances: g t (T - t) / 2 [m]."""
     out = np.zeros(len(footing))
     for first, after in stances(np.asarray(~footing.any(axis=1))):
@@ -185,7 +185,7 @@ def _flight_arcs(footing: NDArray[np.bool_], fps: float) -> NDArray[np.float64]:
     return np.asarray(gaussian_filter1d(out, 0.015 * fps, mode="nearest"))
 
 
-def _slowest_point(points: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
+def _slowest_point(points: FloatArray, fps: float) -> FloatArray:
     """Speed of each foot's slowest sole point (T, 2) [m/s]."""
     if len(points) < 2:
         return np.zeros(points.shape[:2])
@@ -193,16 +193,14 @@ def _slowest_point(points: NDArray[np.float64], fps: float) -> NDArray[np.float6
     return np.asarray(np.linalg.norm(np.gradient(smooth, 1 / fps, axis=0), axis=-1).min(axis=-1))
 
 
-def _strayed(targets: Targets, source: Targets) -> NDArray[np.float64]:
+def _strayed(targets: Targets, source: Targets) -> FloatArray:
     """Deviation of a body from the source's path over the floor (T, 3), short deviations left out [m]."""
     way = targets.positions[:, 0] - source.positions[:, 0]
     stray_s = KEPT_STRAY_S if targets.travel_kept else STRAY_S
     return np.asarray(gaussian_filter1d(way, stray_s * targets.fps, axis=0, mode="nearest") * [1.0, 1.0, 0.0])
 
 
-def _follow(
-    targets: Targets, source: Targets, feet: FootPoses, contacts: NDArray[np.bool_], character: Character
-) -> Targets:
+def _follow(targets: Targets, source: Targets, feet: FootPoses, contacts: BoolArray, character: Character) -> Targets:
     """Shift the body by the smoothed mean shift of its standing feet; knees stay in their planes."""
     fps = targets.fps
     thigh, shank = (float(np.linalg.norm(character.rest_offset(f"left_{part}"))) for part in ("shank", "foot"))
@@ -227,7 +225,7 @@ def _follow(
     return replace(targets, positions=positions, orientations=orientations)
 
 
-def _smooth_mean(moved: NDArray[np.float64], contacts: NDArray[np.bool_], sigma: float) -> NDArray[np.float64]:
+def _smooth_mean(moved: FloatArray, contacts: BoolArray, sigma: float) -> FloatArray:
     """Gaussian-weighted mean over time of the standing feet's shifts (T, 3); 0 if no foot ever stands."""
     if not contacts.any():
         return np.zeros((len(moved), 3))
@@ -241,9 +239,7 @@ def _smooth_mean(moved: NDArray[np.float64], contacts: NDArray[np.bool_], sigma:
     return np.asarray(gaussian_filter1d(filled, sigma, axis=0, mode="nearest"))
 
 
-def _knee(
-    hip: NDArray[np.float64], ankle: NDArray[np.float64], knee: NDArray[np.float64], thigh: float, shank: float
-) -> NDArray[np.float64]:
+def _knee(hip: FloatArray, ankle: FloatArray, knee: FloatArray, thigh: float, shank: float) -> FloatArray:
     """Knee positions (T, 3) for given hips and ankles, on the side where the knees were."""
     line = ankle - hip
     distance = np.clip(np.linalg.norm(line, axis=-1, keepdims=True), 1e-6, thigh + shank)

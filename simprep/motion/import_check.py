@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import ROLES, SIDES, Character
 from simprep.motion.closed_form import least_errors
 from simprep.motion.contacts import stances
@@ -101,9 +101,7 @@ class ImportCheck:
         return any(limb.doubtful for limb in self.limbs.values())
 
 
-def check_import(
-    qpos: NDArray[np.float64], unsettled: NDArray[np.bool_], targets: Targets, character: Character
-) -> ImportCheck:
+def check_import(qpos: FloatArray, unsettled: BoolArray, targets: Targets, character: Character) -> ImportCheck:
     """Compare an import with its source.
 
     Args:
@@ -118,7 +116,7 @@ def check_import(
     distance = 1000 * np.linalg.norm((ours - ours[:, :1]) - (wanted - wanted[:, :1]), axis=-1)[:, 1:].mean(axis=1)
     place = {name: number for number, name in enumerate(roles)}
     limbs: dict[str, LimbError] = {}
-    reached: dict[str, NDArray[np.bool_]] = {}
+    reached: dict[str, BoolArray] = {}
     doubts: list[str] = []
     warnings: list[str] = []
     for limb, (a, b) in LIMBS.items():
@@ -153,7 +151,7 @@ def check_import(
     )
 
 
-def _limb_error(angle: NDArray[np.float64], reached: NDArray[np.bool_] | None = None) -> LimbError:
+def _limb_error(angle: FloatArray, reached: BoolArray | None = None) -> LimbError:
     """Of angles (T,) [deg], where asked over the frames that are reached (T,), too."""
     worst = int(angle.argmax())
     error = LimbError(
@@ -172,7 +170,7 @@ def _limb_error(angle: NDArray[np.float64], reached: NDArray[np.bool_] | None = 
     return replace(error, reachable_p95_deg=float(np.percentile(inside, 95)), reachable_max_deg=float(inside.max()))
 
 
-def _spans(flags: NDArray[np.bool_], most: int = 4) -> str:
+def _spans(flags: BoolArray, most: int = 4) -> str:
     """Runs of flagged frames in words: 3-7, 12."""
     runs = stances(flags)
     words = [f"{first}-{after - 1}" if after - first > 1 else f"{first}" for first, after in runs[:most]]

@@ -14,8 +14,8 @@ from itertools import takewhile
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import IndexArray
 from simprep.character import SIDES
 from simprep.errors import MotionFileError, UnknownNameError
 from simprep.motion.formats.text import open_text
@@ -58,7 +58,7 @@ class JointMap:
 
 
 def find_joints(
-    path: object, names: tuple[str, ...], parents: NDArray[np.intp], override: Mapping[str, str] | None = None
+    path: object, names: tuple[str, ...], parents: IndexArray, override: Mapping[str, str] | None = None
 ) -> JointMap:
     """Recognise the joints of a foreign skeleton.
 
@@ -226,7 +226,7 @@ def _first(parts: list[tuple[str, str]], side: str, words: tuple[str, ...]) -> i
     return None
 
 
-def _resolve_doubles(side: str, roles: dict[str, int], parents: NDArray[np.intp]) -> None:
+def _resolve_doubles(side: str, roles: dict[str, int], parents: IndexArray) -> None:
     """Let the chain decide where a word has two meanings."""
     for base_role, end_role in ((f"{side}_foot", f"{side}_toe"), (f"{side}_hand", f"{side}_hand_tip")):
         base, end = roles.get(base_role), roles.get(end_role)
@@ -246,12 +246,12 @@ def _resolve_doubles(side: str, roles: dict[str, int], parents: NDArray[np.intp]
             roles[f"{side}_hand"] = child
 
 
-def _continuation(joint: int, parents: NDArray[np.intp]) -> int | None:
+def _continuation(joint: int, parents: IndexArray) -> int | None:
     children = np.flatnonzero(parents == joint)
     return int(children[0]) if len(children) == 1 else None
 
 
-def _ancestors(joint: int, parents: NDArray[np.intp]) -> list[int]:
+def _ancestors(joint: int, parents: IndexArray) -> list[int]:
     out = []
     while parents[joint] >= 0:
         joint = int(parents[joint])
@@ -259,7 +259,7 @@ def _ancestors(joint: int, parents: NDArray[np.intp]) -> list[int]:
     return out
 
 
-def _trunk(path: object, roles: dict[str, int], names: tuple[str, ...], parents: NDArray[np.intp]) -> tuple[int, ...]:
+def _trunk(path: object, roles: dict[str, int], names: tuple[str, ...], parents: IndexArray) -> tuple[int, ...]:
     left = [roles["left_thigh"], *_ancestors(roles["left_thigh"], parents)]
     right = [roles["right_thigh"], *_ancestors(roles["right_thigh"], parents)]
     up = [roles["neck"], *_ancestors(roles["neck"], parents)]

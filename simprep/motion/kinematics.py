@@ -7,8 +7,8 @@ from threading import get_ident
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IndexArray
 from simprep.character import Character
 from simprep.humanoid import humanoid
 from simprep.motion.rotations import rotation_matrix
@@ -27,14 +27,14 @@ class Kinematics:
             toe [m].
     """
 
-    xpos: NDArray[np.float64]
-    xquat: NDArray[np.float64]
-    xipos: NDArray[np.float64]
-    com: NDArray[np.float64]
-    foot_points: NDArray[np.float64]
+    xpos: FloatArray
+    xquat: FloatArray
+    xipos: FloatArray
+    com: FloatArray
+    foot_points: FloatArray
 
 
-def forward_kinematics(qpos: NDArray[np.float64], character: Character = humanoid()) -> Kinematics:
+def forward_kinematics(qpos: FloatArray, character: Character = humanoid()) -> Kinematics:
     """Kinematics of every pose.
 
     Args:
@@ -63,7 +63,7 @@ def forward_kinematics(qpos: NDArray[np.float64], character: Character = humanoi
 
 
 def changed_kinematics(
-    kinematics: Kinematics, qpos: NDArray[np.float64], frames: NDArray[np.intp], character: Character
+    kinematics: Kinematics, qpos: FloatArray, frames: IndexArray, character: Character
 ) -> Kinematics:
     """Kinematics of a motion of which some frames have changed, the same bits as if computed whole.
 
@@ -87,12 +87,12 @@ def working_memory(model: mujoco.MjModel, thread: int) -> mujoco.MjData:
     return mujoco.MjData(model)
 
 
-def _com(xipos: NDArray[np.float64], character: Character) -> NDArray[np.float64]:
+def _com(xipos: FloatArray, character: Character) -> FloatArray:
     mass = character.model.body_mass[1:]
     return np.asarray(np.einsum("b,tbi->ti", mass, xipos) / mass.sum())
 
 
-def body_clearance(qpos: NDArray[np.float64], character: Character = humanoid()) -> NDArray[np.float64]:
+def body_clearance(qpos: FloatArray, character: Character = humanoid()) -> FloatArray:
     """Height of the lowest point of each segment's geoms above z = 0 (T, segments) [m]; negative in the floor.
 
     Args:
@@ -122,7 +122,7 @@ def body_clearance(qpos: NDArray[np.float64], character: Character = humanoid())
     return clearance
 
 
-def bearing_points(model: mujoco.MjModel, geom: int) -> list[tuple[NDArray[np.float64], float]]:
+def bearing_points(model: mujoco.MjModel, geom: int) -> list[tuple[FloatArray, float]]:
     """Points of a geom that touch a plane first: centre (3,) in the geom's frame and radius of each [m].
 
     A capsule has its ends, a box its corners, a cylinder 8 points of each rim, an ellipsoid its 6 poles, a mesh the

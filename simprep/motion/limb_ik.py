@@ -10,13 +10,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IndexArray
 from simprep.character import SIDES, Character
 from simprep.humanoid import humanoid
 from simprep.motion.rotations import axis_rotation, cross
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -35,15 +33,15 @@ class Leg:
         radii: (4,) of the spheres [m].
     """
 
-    hinges: NDArray[np.intp]
-    hip: Array
+    hinges: IndexArray
+    hip: FloatArray
     thigh: float
     shank: float
-    sign: Array
-    low: Array
-    high: Array
-    points: Array
-    radii: Array
+    sign: FloatArray
+    low: FloatArray
+    high: FloatArray
+    points: FloatArray
+    radii: FloatArray
 
 
 _AXES = (1, 0, 2, 1, 1, 0)
@@ -74,7 +72,7 @@ def legs(character: Character = humanoid()) -> tuple[Leg, Leg]:
     return found[0], found[1]
 
 
-def two_bar_bend(distance: Array, a: float, b: float) -> Array:
+def two_bar_bend(distance: FloatArray, a: float, b: float) -> FloatArray:
     """Bend (0 = straight) of a two-bar linkage that spans a distance; straight where it is out of reach [rad].
 
     Args:
@@ -85,7 +83,7 @@ def two_bar_bend(distance: Array, a: float, b: float) -> Array:
     return np.asarray(np.arccos(np.clip((distance**2 - a * a - b * b) / (2 * a * b), -1.0, 1.0)))
 
 
-def ball_joint_angles(rotation: Array) -> Array:
+def ball_joint_angles(rotation: FloatArray) -> FloatArray:
     """Angles (..., 3) about y, x and z of a hip or shoulder [rad], for R = Ry Rx Rz (..., 3, 3) in the parent."""
     about_y = np.arctan2(rotation[..., 0, 2], rotation[..., 2, 2])
     about_x = np.arcsin(np.clip(-rotation[..., 1, 2], -1.0, 1.0))
@@ -95,13 +93,13 @@ def ball_joint_angles(rotation: Array) -> Array:
 
 def solve_leg(
     leg: Leg,
-    pelvis: Array,
-    pelvis_rotation: Array,
-    ankle: Array,
-    foot_rotation: Array,
-    knee_axis: Array | None = None,
+    pelvis: FloatArray,
+    pelvis_rotation: FloatArray,
+    ankle: FloatArray,
+    foot_rotation: FloatArray,
+    knee_axis: FloatArray | None = None,
     steep: float = 0.0,
-) -> Array:
+) -> FloatArray:
     """Hinge angles (T, 6) that put the foot where it should be, in the order of the leg's group, limits ignored [rad].
 
     A leg that is too short stays straight and points at it.

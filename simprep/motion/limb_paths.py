@@ -12,14 +12,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solveh_banded
 from scipy.ndimage import maximum_filter1d
 
+from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.character import Character
 from simprep.motion.rotations import cross
-
-Array = NDArray[np.float64]
 
 SMOOTHNESS_S = 0.004
 """Weight of hinge speed [s]: a sine of 20 rad/s loses 0.6 % of its amplitude."""
@@ -54,12 +52,12 @@ class Limb:
         lower: (3,) direction of the second bone at rest (unit).
     """
 
-    joints: NDArray[np.intp]
-    axes: Array
-    low: Array
-    high: Array
-    upper: Array
-    lower: Array
+    joints: IndexArray
+    axes: FloatArray
+    low: FloatArray
+    high: FloatArray
+    upper: FloatArray
+    lower: FloatArray
 
     @classmethod
     def of_character(cls, character: Character, names: tuple[str, str, str]) -> "Limb":
@@ -79,7 +77,7 @@ class Limb:
         bones = [bone / np.linalg.norm(bone) for bone in bones]
         return cls(joints, np.array(model.jnt_axis[1 + joints]), low, high, bones[0], bones[1])
 
-    def directions(self, angles: Array) -> tuple[Array, Array, Array]:
+    def directions(self, angles: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Bone directions upper and lower (..., 3), in the parent's frame, and the derivatives of both (..., 6, 4).
 
         Args:
@@ -88,7 +86,7 @@ class Limb:
         shape = angles.shape[:-1]
         axes = np.empty((*shape, 4, 3))
         upper = np.empty((*shape, 3))
-        columns: list[Array] = []
+        columns: list[FloatArray] = []
         for hinge, (axis, columns) in enumerate(self._turning(angles)):
             axes[..., hinge, :] = axis
             if hinge == 2:
@@ -99,12 +97,12 @@ class Limb:
         jacobian[..., 3:, :] = np.swapaxes(cross(axes, lower[..., None, :]), -1, -2)
         return upper, lower, jacobian
 
-    def orientation(self, angles: Array) -> Array:
+    def orientation(self, angles: FloatArray) -> FloatArray:
         """Orientation (..., 3, 3) of the second bone in the parent's frame, at angles (..., 4) [rad]."""
         *_, (_, columns) = self._turning(angles)
         return np.stack(columns, axis=-1)
 
-    def _turning(self, angles: Array) -> Iterator[tuple[Array, list[Array]]]:
+    def _turning(self, angles: FloatArray) -> Iterator[tuple[FloatArray, list[FloatArray]]]:
         """After each hinge: its axis (..., 3) and the three columns (..., 3) of the orientation."""
         columns = [np.broadcast_to(row, (*angles.shape[:-1], 3)) for row in np.eye(3)]
         cosine, sine = np.cos(angles)[..., None], np.sin(angles)[..., None]
@@ -119,13 +117,13 @@ class Limb:
             yield sign * columns[axis], turned
             columns = turned
 
-    def residual(self, angles: Array, wanted: Array) -> tuple[Array, Array]:
+    def residual(self, angles: FloatArray, wanted: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Difference to the wanted directions (..., 6), and its Jacobian (..., 6, 4)."""
         upper, lower, jacobian = self.directions(angles)
         return np.concatenate([upper, lower], axis=-1) - wanted, jacobian
 
 
-def limb_path(limb: Limb, upper: Array, lower: Array, fps: float) -> Array:
+def limb_path(limb: Limb, upper: FloatArray, lower: FloatArray, fps: float) -> FloatArray:
     """Hinge angles (T, 4) of a limb through a clip, within the limits [rad].
 
     Where limits force a change of branch and a smooth way would cost more than `LEAST_WORTH`, the path is cut: the limb
@@ -144,9 +142,7 @@ def limb_path(limb: Limb, upper: Array, lower: Array, fps: float) -> Array:
     stride = int(np.ceil(TURNING_FPS / fps - 1e-3))
     if stride > 1 and (np.abs(np.diff(fitted, axis=0))[:, [0, 1, 3]] > LEAST_JUMP).any():
         return limb_path(limb, _between(upper, stride), _between(lower, stride), stride * fps)[::stride]
-    costly: NDArray[np.bool_] = np.greater(
-        worst_angle(limb, fitted, wanted), worst_angle(limb, chosen, wanted) + LEAST_WORTH
-    )
+    costly: BoolArray = np.greater(worst_angle(limb, fitted, wanted), worst_angle(limb, chosen, wanted) + LEAST_WORTH)
     if len(chosen) > 1 and costly.any():
         jump = np.abs(np.diff(chosen, axis=0))[:, [0, 1, 3]].max(axis=1)
         near = maximum_filter1d(costly, 2 * round(0.1 * fps) + 1)
@@ -155,7 +151,7 @@ def limb_path(limb: Limb, upper: Array, lower: Array, fps: float) -> Array:
     return fitted
 
 
-def _between(directions: Array, stride: int) -> Array:
+def _between(directions: FloatArray, stride: int) -> FloatArray:
     """Directions (T, 3) with `stride` - 1 more between each two."""
     share = np.arange(stride)[:, None] / stride
     ways = directions[:-1, None] * (1 - share) + directions[1:, None] * share  # (T - 1, stride, 3)
@@ -163,14 +159,14 @@ def _between(directions: Array, stride: int) -> Array:
     return np.asarray(out / np.maximum(np.linalg.norm(out, axis=-1, keepdims=True), 1e-12))
 
 
-def worst_angle(limb: Limb, angles: Array, wanted: Array) -> Array:
+def worst_angle(limb: Limb, angles: FloatArray, wanted: FloatArray) -> FloatArray:
     """Angle (...) between bone and wanted direction, the larger of both bones [rad]."""
     residual, _ = limb.residual(angles, wanted)
     chord = np.maximum(np.linalg.norm(residual[..., :3], axis=-1), np.linalg.norm(residual[..., 3:], axis=-1))
     return np.asarray(2 * np.arcsin(np.minimum(chord / 2, 1.0)))
 
 
-def candidates(limb: Limb, wanted: Array) -> Array:
+def candidates(limb: Limb, wanted: FloatArray) -> FloatArray:
     """Hinge angles (T, 4, 4), within the limits, of poses that reach two bone directions or come near [rad].
 
     The four are two branches, each with its twist at the nearer and at the farther end of its range if outside it.
@@ -214,7 +210,7 @@ def candidates(limb: Limb, wanted: Array) -> Array:
     return out
 
 
-def _nearest(limb: Limb, angles: Array, wanted: Array, steps: int = 12) -> Array:
+def _nearest(limb: Limb, angles: FloatArray, wanted: FloatArray, steps: int = 12) -> FloatArray:
     """Poses (N, 4) within the limits, each with the least direction error near a given one."""
     damping = np.full(len(angles), 1e-3)
     residual, jacobian = limb.residual(angles, wanted)
@@ -241,7 +237,7 @@ def _nearest(limb: Limb, angles: Array, wanted: Array, steps: int = 12) -> Array
     return angles
 
 
-def _best_path(limb: Limb, choices: Array, wanted: Array, fps: float) -> Array:
+def _best_path(limb: Limb, choices: FloatArray, wanted: FloatArray, fps: float) -> FloatArray:
     """The path through the candidates (T, K, 4) with the least error and change."""
     residual, _ = limb.residual(choices, wanted[:, None])
     error = (residual**2).sum(axis=-1) / fps  # (T, K)
@@ -264,7 +260,9 @@ def _best_path(limb: Limb, choices: Array, wanted: Array, fps: float) -> Array:
     return np.asarray(choices[np.arange(len(choices)), path])
 
 
-def smooth_path(limb: Limb, angles: Array, wanted: Array, fps: float, links: Array, steps: int = 15) -> Array:
+def smooth_path(
+    limb: Limb, angles: FloatArray, wanted: FloatArray, fps: float, links: FloatArray, steps: int = 15
+) -> FloatArray:
     """Hinge angles (T, 4) of all frames, fitted at once within the limits [rad].
 
     Minimises the time integral of |direction error|^2 + (SMOOTHNESS_S * speed)^2 + (REST * angle)^2 by a projected
@@ -283,7 +281,7 @@ def smooth_path(limb: Limb, angles: Array, wanted: Array, fps: float, links: Arr
     ends = np.concatenate([[0.0], stiffness, [0.0]])
     neighbours = ends[1:] + ends[:-1]
 
-    def cost(at: Array, residual: Array) -> float:
+    def cost(at: FloatArray, residual: FloatArray) -> float:
         change = (np.diff(at, axis=0) ** 2).sum(axis=1)
         return float((residual**2).sum() + stiffness @ change + REST**2 * (at**2).sum())
 
@@ -322,7 +320,7 @@ def smooth_path(limb: Limb, angles: Array, wanted: Array, fps: float, links: Arr
     return angles
 
 
-def _turn(axis: Array, angle: Array) -> Array:
+def _turn(axis: FloatArray, angle: FloatArray) -> FloatArray:
     """Rotations (..., 3, 3) about a fixed unit axis by angles (...)."""
     x, y, z = axis
     skew = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

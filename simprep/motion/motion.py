@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.errors import MotionError
 from simprep.humanoid import humanoid
@@ -42,9 +42,9 @@ class Motion:
         MotionError: no frames, wrong shapes, NaN, a zero quaternion, a bad frame rate or an event outside the frames.
     """
 
-    qpos: NDArray[np.float64]
+    qpos: FloatArray
     fps: float
-    contacts: NDArray[np.bool_]
+    contacts: BoolArray
     events: Mapping[str, int] = field(default_factory=dict)
     name: str = "motion"
     source: str = ""
@@ -160,11 +160,11 @@ class Motion:
         return (len(self) if self.loop else len(self) - 1) / self.fps
 
     @property
-    def times(self) -> NDArray[np.float64]:
+    def times(self) -> FloatArray:
         """(T,) time of each frame [s], from 0."""
         return np.arange(len(self)) / self.fps
 
-    def velocities(self) -> NDArray[np.float64]:
+    def velocities(self) -> FloatArray:
         """Generalised velocities (T, nv) by central differences (`mj_differentiatePos`).
 
         Root linear velocity (world) [m/s], root angular velocity (body frame) [rad/s], hinges [rad/s].
@@ -172,7 +172,7 @@ class Motion:
         return differentiate(self.qpos, self.fps, self.character)
 
 
-def differentiate(qpos: NDArray[np.float64], fps: float, character: Character = humanoid()) -> NDArray[np.float64]:
+def differentiate(qpos: FloatArray, fps: float, character: Character = humanoid()) -> FloatArray:
     """Generalised velocities (T, nv) as `Motion.velocities`: one-sided differences at the ends; 0 for one frame.
 
     Args:

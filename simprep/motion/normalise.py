@@ -7,9 +7,9 @@ length. An inserted rest pose is recognised by the jump after it.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import FloatArray, IndexArray
 from simprep.character import SIDES
 from simprep.errors import MotionFileError, SettingError
 from simprep.motion.formats.skeleton import MAX_VALUES, SourceClip
@@ -59,7 +59,7 @@ class Normalised:
     """
 
     clip: SourceClip
-    reference: tuple[NDArray[np.float64], NDArray[np.float64]] | None
+    reference: tuple[FloatArray, FloatArray] | None
     up: str
     scale: float
     warnings: tuple[str, ...]
@@ -142,7 +142,7 @@ def _check_travel(clip: SourceClip, joints: JointMap) -> None:
         )
 
 
-def leg_length(positions: NDArray[np.float64], joints: JointMap) -> float:
+def leg_length(positions: FloatArray, joints: JointMap) -> float:
     """Thigh plus shank, of positions (T, J, 3): median over the frames, mean of both sides [unit of the positions]."""
     lengths = []
     for side in SIDES:
@@ -203,7 +203,7 @@ def _doubt(leg: float, chosen: str) -> str:
 def _vertical(
     clip: SourceClip,
     joints: JointMap,
-    inserted: tuple[NDArray[np.float64], NDArray[np.float64]] | None,
+    inserted: tuple[FloatArray, FloatArray] | None,
     up: str | None,
     warnings: list[str],
 ) -> str:
@@ -235,7 +235,7 @@ def _vertical(
 
 def _drop_inserted_pose(
     clip: SourceClip, joints: JointMap, warnings: list[str]
-) -> tuple[SourceClip, tuple[NDArray[np.float64], NDArray[np.float64]] | None]:
+) -> tuple[SourceClip, tuple[FloatArray, FloatArray] | None]:
     """Remove a first frame from which the motion jumps: a rest pose that some exporters insert."""
     if len(clip.positions) < 8:
         return clip, None
@@ -252,7 +252,7 @@ def _drop_inserted_pose(
     return replace(clip, positions=clip.positions[1:], rotations=clip.rotations[1:]), reference
 
 
-def _stands(positions: NDArray[np.float64], joints: JointMap) -> bool:
+def _stands(positions: FloatArray, joints: JointMap) -> bool:
     """Whether a pose is an upright stand with straight arms, fit to calibrate orientations."""
     at = {role: positions[index] for role, index in joints.joints.items()}
     hips = (at["left_thigh"] + at["right_thigh"]) / 2
@@ -305,12 +305,8 @@ def _used(clip: SourceClip, joints: JointMap) -> list[int]:
 
 
 def _between(
-    parents: NDArray[np.intp],
-    positions: NDArray[np.float64],
-    rotations: NDArray[np.float64],
-    used: list[int],
-    at: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    parents: IndexArray, positions: FloatArray, rotations: FloatArray, used: list[int], at: FloatArray
+) -> tuple[FloatArray, FloatArray]:
     """Positions (N, J, 3) and orientations (N, J, 3, 3) at fractions `at` (N,) of frames.
 
     Orientations are interpolated spherically, bones turn with their joints. Unused joints stay as in the frame before.

@@ -6,8 +6,8 @@ from typing import Any
 import mink
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import ROLES, SIDES, Character
 from simprep.errors import MotionError
 from simprep.motion.closed_form import closed_form
@@ -90,8 +90,8 @@ class Solution:
         unsettled: (T,) frames whose last step still exceeded the tolerance.
     """
 
-    qpos: NDArray[np.float64]
-    unsettled: NDArray[np.bool_]
+    qpos: FloatArray
+    unsettled: BoolArray
 
 
 class BodyTask(mink.Task):  # type: ignore[misc]
@@ -100,7 +100,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
     The bones of the arms count by their directions and move the arms alone: an arm out of reach never bends the trunk.
     """
 
-    def __init__(self, character: Character, settings: RetargetSettings, oriented: NDArray[np.bool_]) -> None:
+    def __init__(self, character: Character, settings: RetargetSettings, oriented: BoolArray) -> None:
         self.settings, model = settings, character.model
         cost = np.full(ROWS, settings.position_cost)
         for role in ROLES:
@@ -146,11 +146,11 @@ class BodyTask(mink.Task):  # type: ignore[misc]
 
     def set_target(
         self,
-        positions: NDArray[np.float64],
-        orientations: NDArray[np.float64],
-        standing: NDArray[np.bool_],
-        twisted: NDArray[np.float64],
-        rest: NDArray[np.float64],
+        positions: FloatArray,
+        orientations: FloatArray,
+        standing: BoolArray,
+        twisted: FloatArray,
+        rest: FloatArray,
     ) -> None:
         """Targets of one frame.
 
@@ -172,7 +172,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.cost, self.gave_way = cost, False
         self.weight = cost[:, None] * self.mask
 
-    def yields(self, configuration: Any, standing: NDArray[np.bool_]) -> bool:
+    def yields(self, configuration: Any, standing: BoolArray) -> bool:
         """Give way, once, to standing feet that cannot be turned as wanted (a reweighted robust loss); whether any is.
 
         Args:
@@ -189,7 +189,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.weight = self.cost[:, None] * self.mask
         return bool((factor < 1.0).any())
 
-    def compute_error(self, configuration: Any) -> NDArray[np.float64]:
+    def compute_error(self, configuration: Any) -> FloatArray:
         """Current minus target: positions (of the arms' bones: vectors), then rotation vectors."""
         data = configuration.data
         current = data.xmat[self.turned].reshape(-1, 3, 3)
@@ -198,7 +198,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         off[self.bones] -= off[self.joints_above]
         return np.concatenate([off.ravel(), turn.ravel()])
 
-    def compute_jacobian(self, configuration: Any) -> NDArray[np.float64]:
+    def compute_jacobian(self, configuration: Any) -> FloatArray:
         """Derivative of the error, not yet masked; that of the rotation vector is exact at the target."""
         model, data = configuration.model, configuration.data
         for rows, body in self.places:
@@ -220,7 +220,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         return mink.Objective(hessian, gradient)
 
 
-def _rotation_vectors(matrices: NDArray[np.float64]) -> NDArray[np.float64]:
+def _rotation_vectors(matrices: FloatArray) -> FloatArray:
     """Rotation vectors (N, 3) of (N, 3, 3) matrices, short of half a turn; for a few ten times faster than scipy."""
     entries = matrices.reshape(-1, 9)
     axis = entries[:, [7, 2, 3]] - entries[:, [5, 6, 1]]  # 2 sin(angle) times the axis
@@ -247,7 +247,7 @@ class Floor:
         self.body = model.geom_bodyid[self.owner]
         self._jacobian = np.zeros((3, model.nv))
 
-    def rows(self, data: mujoco.MjData) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def rows(self, data: mujoco.MjData) -> tuple[FloatArray, FloatArray]:
         """G (N, nv) and h (N,) of G dq <= h for the points near the floor."""
         place, turn = data.geom_xpos, data.geom_xmat
         above = np.add.reduce(turn[:, 6:].take(self.owner, axis=0) * self.centres, axis=1)
@@ -264,7 +264,7 @@ class Floor:
 
 def solve(
     targets: Targets,
-    standing: NDArray[np.bool_],
+    standing: BoolArray,
     character: Character,
     settings: RetargetSettings | None = None,
     floor: bool = True,
@@ -312,7 +312,7 @@ def solve(
     return Solution(out, unsettled)
 
 
-def _twisted(targets: Targets) -> NDArray[np.float64]:
+def _twisted(targets: Targets) -> FloatArray:
     """How far each knee folds to the side of its foot's direction (T, 2) [m]."""
     out = np.empty((len(targets.positions), 2))
     for number, side in enumerate(SIDES):
@@ -344,9 +344,7 @@ def _step(configuration: Any, task: BodyTask, floor: Floor | None, share: float)
     return bool((np.abs(change[3:]) < task.tolerance[3:]).all())
 
 
-def _solve(
-    objective: mink.Objective, rows: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
-) -> NDArray[np.float64] | None:
+def _solve(objective: mink.Objective, rows: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray | None:
     """Minimum of a quadratic programme with bounds on its variables, followed by those on its rows."""
     import daqp
 

@@ -1,9 +1,9 @@
 """Setting down a body that hovers without flying. Captured crawls leave gaps between hands, knees and the floor."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
+from simprep.arrays import FloatArray
 from simprep.character import Character
 from simprep.humanoid import GRAVITY
 from simprep.motion.contacts import stances
@@ -18,7 +18,7 @@ FALL_SHARE = 0.5
 SMOOTHING_S = 0.04
 
 
-def set_down(qpos: NDArray[np.float64], fps: float, character: Character, cyclic: bool = False) -> NDArray[np.float64]:
+def set_down(qpos: FloatArray, fps: float, character: Character, cyclic: bool = False) -> FloatArray:
     """Distance (T,) by which each frame is to be lowered, 0 or more and never into the floor [m].
 
     Frames are lowered in the spans in which nothing touches the floor although the body does not fall freely. The
@@ -44,5 +44,5 @@ def set_down(qpos: NDArray[np.float64], fps: float, character: Character, cyclic
     return np.asarray(lowered[n : 2 * n] if cyclic else lowered)
 
 
-def _acceleration(height: NDArray[np.float64], fps: float) -> float:
+def _acceleration(height: FloatArray, fps: float) -> float:
     return float(2 * np.polyfit(np.arange(len(height)) / fps, height, 2)[0])

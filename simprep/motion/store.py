@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.archive import open_archive, write_archive
+from simprep.arrays import FloatArray
 from simprep.characters import character_header, character_of_header
 from simprep.errors import MotionError
 from simprep.motion.formats.foreign import npz_kind
@@ -61,7 +62,7 @@ def read_motion(path: str | Path) -> Motion:
         )
 
 
-def read_poses(archive: Mapping[str, NDArray[Any]], name: str) -> NDArray[np.float64]:
+def read_poses(archive: Mapping[str, NDArray[Any]], name: str) -> FloatArray:
     """Poses (T, nq) of a file, by the name of their entry, before `Motion` checks them.
 
     Raises:

@@ -5,14 +5,13 @@ Points closer than a micrometre count as one, and thinner hulls as a segment.
 """
 
 import numpy as np
-from numpy.typing import NDArray
+
+from simprep.arrays import BoolArray, FloatArray
 
 _SAME_M = 1e-6
 
 
-def support_points(
-    foot_points: NDArray[np.float64], contacts: NDArray[np.bool_]
-) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+def support_points(foot_points: FloatArray, contacts: BoolArray) -> tuple[FloatArray, BoolArray]:
     """Points (T, 2 P, 2) on the floor that span the support polygon [m], left foot first, and which count (T, 2 P).
 
     As in the 2013 paper, every point of a supporting foot counts, even if it has rolled onto its toes.
@@ -26,7 +25,7 @@ def support_points(
     return foot_points[..., :2].reshape(frames, feet * count, 2), mask
 
 
-def hull_edges(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def hull_edges(points: FloatArray, mask: BoolArray) -> BoolArray:
     """Edges (T, P, P) of every frame's convex hull: [t, i, j] is True if i to j is one.
 
     They run counter-clockwise and are as long as possible. Collinear points have the two opposite edges between the
@@ -44,7 +43,7 @@ def hull_edges(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[
     return edges
 
 
-def _edges_of_all(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _edges_of_all(points: FloatArray) -> BoolArray:
     """`hull_edges` where every point counts."""
     difference = points[:, None, :, :] - points[:, :, None, :]  # (T, i, j, 2) from i to j
     length = np.linalg.norm(difference, axis=-1)
@@ -61,7 +60,7 @@ def _edges_of_all(points: NDArray[np.float64]) -> NDArray[np.bool_]:
     return np.asarray(usable & fits.all(axis=-1))
 
 
-def support_centre(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDArray[np.float64]:
+def support_centre(points: FloatArray, mask: BoolArray) -> FloatArray:
     """Centre of support (T, 2): area centroid of the polygon, midpoint of a segment, or the point; else NaN [m].
 
     Args:
@@ -85,9 +84,7 @@ def support_centre(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> NDAr
     return np.where((count > 0)[:, None], centre, np.nan)
 
 
-def signed_distance(
-    points: NDArray[np.float64], mask: NDArray[np.bool_], query: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def signed_distance(points: FloatArray, mask: BoolArray, query: FloatArray) -> FloatArray:
     """Distance (T,) of a floor point to the edge of the support polygon, positive inside, negative outside [m].
 
     A segment and a single point have no inside. NaN where no point counts or the query is NaN.
@@ -111,7 +108,7 @@ def signed_distance(
     return np.where(undefined, np.nan, np.where(_inside(points, edges, query), distance, -distance))
 
 
-def inside(points: NDArray[np.float64], mask: NDArray[np.bool_], query: NDArray[np.float64]) -> NDArray[np.bool_]:
+def inside(points: FloatArray, mask: BoolArray, query: FloatArray) -> BoolArray:
     """Whether (T,) a floor point lies in the support polygon or on its edge; never in a segment or a single point.
 
     Args:
@@ -122,7 +119,7 @@ def inside(points: NDArray[np.float64], mask: NDArray[np.bool_], query: NDArray[
     return _inside(points, hull_edges(points, mask), query)
 
 
-def polygons(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> list[NDArray[np.float64]]:
+def polygons(points: FloatArray, mask: BoolArray) -> list[FloatArray]:
     """Corners (k, 2) of every frame's support polygon, counter-clockwise; 2 of a segment, 1 of a point, else 0 [m].
 
     Args:
@@ -145,7 +142,7 @@ def polygons(points: NDArray[np.float64], mask: NDArray[np.bool_]) -> list[NDArr
     return [some[:k] for some, k in zip(corners, count.tolist())]
 
 
-def _inside(points: NDArray[np.float64], edges: NDArray[np.bool_], query: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _inside(points: FloatArray, edges: BoolArray, query: FloatArray) -> BoolArray:
     edge = points[:, None, :, :] - points[:, :, None, :]
     to_query = query[:, None, None, :] - points[:, :, None, :]
     left = edge[..., 0] * to_query[..., 1] - edge[..., 1] * to_query[..., 0]

@@ -6,9 +6,9 @@ The residual of an import is measured against these targets, so they do not depe
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import ROLES, SIDES, Character
 from simprep.motion.joint_map import JointMap
 from simprep.motion.normalise import Normalised
@@ -42,11 +42,11 @@ class Targets:
         stride: frames per frame of the result.
     """
 
-    positions: NDArray[np.float64]
-    orientations: NDArray[np.float64]
-    oriented: NDArray[np.bool_]
+    positions: FloatArray
+    orientations: FloatArray
+    oriented: BoolArray
     fps: float
-    step: NDArray[np.float64] | None
+    step: FloatArray | None
     warnings: tuple[str, ...] = ()
     travel_kept: bool = False
     stride: int = 1
@@ -63,12 +63,12 @@ class Targets:
         )
 
 
-def unit(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
+def unit(vectors: FloatArray) -> FloatArray:
     """Vectors (..., 3) divided by their lengths; zero vectors stay zero."""
     return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=-1, keepdims=True), 1e-12))
 
 
-def frame_from(left: NDArray[np.float64], up: NDArray[np.float64]) -> NDArray[np.float64]:
+def frame_from(left: FloatArray, up: FloatArray) -> FloatArray:
     """Orientations (..., 3, 3) with y along `left` and z as near to `up` as possible, both (..., 3)."""
     y = unit(left)
     x = unit(np.cross(y, up))
@@ -112,10 +112,10 @@ def build_targets(source: Normalised, joints: JointMap, character: Character, ke
     out = np.empty((len(hips), len(ROLES), 3))
     place = {name: number for number, name in enumerate(ROLES)}
 
-    def put(name: str, value: NDArray[np.float64]) -> None:
+    def put(name: str, value: FloatArray) -> None:
         out[:, place[name]] = value
 
-    def extend(name: str, parent: str, direction: NDArray[np.float64]) -> None:
+    def extend(name: str, parent: str, direction: FloatArray) -> None:
         put(name, out[:, place[parent]] + length[name] * unit(direction))
 
     travel = np.array([1.0, 1.0, ratio] if keep_travel else [ratio] * 3)
@@ -156,7 +156,7 @@ def build_targets(source: Normalised, joints: JointMap, character: Character, ke
     return Targets(out, orientations, oriented, clip.fps, step, tuple(warnings), keep_travel, source.stride)
 
 
-def rest_offsets(character: Character) -> dict[str, NDArray[np.float64]]:
+def rest_offsets(character: Character) -> dict[str, FloatArray]:
     """From each role to the next in the reference pose (3,) [m]; guessed for lacking parts of the trunk.
 
     Without an abdomen, a joint is added two fifths of the way from pelvis to thorax. Without a neck, it begins between
@@ -177,9 +177,7 @@ def rest_offsets(character: Character) -> dict[str, NDArray[np.float64]]:
     return offset
 
 
-def _along_trunk(
-    hips: NDArray[np.float64], trunk: NDArray[np.float64], shares: tuple[float, float]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _along_trunk(hips: FloatArray, trunk: FloatArray, shares: tuple[float, float]) -> tuple[FloatArray, FloatArray]:
     """Two points at shares of the arc length from the hips along the trunk's joints (T, K, 3)."""
     points = np.concatenate([hips[:, None], trunk], axis=1)
     segments = np.median(np.linalg.norm(np.diff(points, axis=1), axis=-1), axis=0)
@@ -193,11 +191,11 @@ def _along_trunk(
     return out[0], out[1]
 
 
-def _mean_rotation(rotations: NDArray[np.float64]) -> NDArray[np.float64]:
+def _mean_rotation(rotations: FloatArray) -> FloatArray:
     return np.asarray(Rotation.from_matrix(rotations).mean().as_matrix())
 
 
-def _snap(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+def _snap(rotation: FloatArray) -> FloatArray:
     """The nearest rotation between coordinate axes, if within 30 degrees; else the rotation itself."""
     cube = Rotation.create_group("O")
     angles = np.asarray((cube.inv() * Rotation.from_matrix(rotation)).magnitude())
@@ -205,7 +203,7 @@ def _snap(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(cube[best].as_matrix()) if angles[best] < np.radians(30) else rotation
 
 
-def _pelvis(source: Normalised, joints: JointMap, trunk: NDArray[np.float64]) -> NDArray[np.float64]:
+def _pelvis(source: Normalised, joints: JointMap, trunk: FloatArray) -> FloatArray:
     """Orientation of the pelvis: that of the joint that carries the thighs, upright when the person is.
 
     The lowest bone of the spine does not tell it: skeletons put its joints centimetres before or behind the hips.
@@ -221,7 +219,7 @@ def _pelvis(source: Normalised, joints: JointMap, trunk: NDArray[np.float64]) ->
     return frame_from(trunk[:, :, 1], (rotations @ offset)[:, :, 2])
 
 
-def _reference_heading(source: Normalised, joints: JointMap) -> NDArray[np.float64]:
+def _reference_heading(source: Normalised, joints: JointMap) -> FloatArray:
     assert source.reference is not None
     positions = source.reference[0]
     left = positions[joints.joints["left_thigh"]] - positions[joints.joints["right_thigh"]]
@@ -229,7 +227,7 @@ def _reference_heading(source: Normalised, joints: JointMap) -> NDArray[np.float
     return frame_from(left, np.array([0.0, 0.0, 1.0]))
 
 
-def _head(source: Normalised, joints: JointMap, thorax: NDArray[np.float64]) -> NDArray[np.float64]:
+def _head(source: Normalised, joints: JointMap, thorax: FloatArray) -> FloatArray:
     joint = joints.joints.get("head", joints.joints["neck"])
     rotations = source.clip.rotations[:, joint]
     if source.reference is not None:
@@ -240,7 +238,7 @@ def _head(source: Normalised, joints: JointMap, thorax: NDArray[np.float64]) -> 
     return np.asarray(rotations @ offset)
 
 
-def _hand(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64] | None:
+def _hand(source: Normalised, joints: JointMap, side: str) -> FloatArray | None:
     if source.reference is None or f"{side}_hand_tip" not in joints.joints:
         return None
     joint, forearm = joints.joints[f"{side}_hand"], joints.joints[f"{side}_forearm"]
@@ -253,7 +251,7 @@ def _hand(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64
     return np.asarray(source.clip.rotations[:, joint] @ (rotations[joint].T @ frame))
 
 
-def _foot(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64] | None:
+def _foot(source: Normalised, joints: JointMap, side: str) -> FloatArray | None:
     """Orientation of the foot, calibrated so that the sole is flat while the foot stands; None if nothing tells it.
 
     A toe straight below its ankle, or nearly, tells no direction.
@@ -295,7 +293,7 @@ def _foot(source: Normalised, joints: JointMap, side: str) -> NDArray[np.float64
     return np.asarray(rotations @ offset)
 
 
-def _standing_frames(ankle: NDArray[np.float64], knee: NDArray[np.float64], fps: float) -> NDArray[np.bool_]:
+def _standing_frames(ankle: FloatArray, knee: FloatArray, fps: float) -> BoolArray:
     """Frames in which a foot stands under its shank: its ankle low and still, or at its slowest (runners)."""
     shank = knee - ankle
     upright = shank[:, 2] > UPRIGHT * np.linalg.norm(shank, axis=-1)

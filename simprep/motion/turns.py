@@ -1,24 +1,25 @@
 """Turns about the vertical, and from one orientation to another."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import FloatArray
 
-def turned(points: NDArray[np.float64], angle: NDArray[np.float64] | float) -> NDArray[np.float64]:
+
+def turned(points: FloatArray, angle: FloatArray | float) -> FloatArray:
     """Floor points or vectors (..., 2), turned about the vertical by (...) [rad], counter-clockwise seen from above."""
     c, s = np.cos(angle), np.sin(angle)
     x, y = points[..., 0], points[..., 1]
     return np.stack([c * x - s * y, s * x + c * y], axis=-1)
 
 
-def about_vertical(angle: NDArray[np.float64] | float) -> NDArray[np.float64]:
+def about_vertical(angle: FloatArray | float) -> FloatArray:
     """Quaternions (..., 4), wxyz, of turns (...) about the vertical [rad]."""
     zero = np.zeros_like(angle)
     return np.stack([np.cos(np.divide(angle, 2)), zero, zero, np.sin(np.divide(angle, 2))], axis=-1)
 
 
-def rotation_between(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
+def rotation_between(a: FloatArray, b: FloatArray) -> FloatArray:
     """Rotation vectors (..., 3), world axes, that turn quaternions `a` into `b`, both (4,) or (N, 4) wxyz [rad]."""
     turn = Rotation.from_quat(b, scalar_first=True) * Rotation.from_quat(a, scalar_first=True).inv()
     return np.asarray(turn.as_rotvec())

@@ -1,19 +1,17 @@
 """Level of preparation to joint weights, and postures blended with them (paper, Eq. 1-2)."""
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import FloatArray
 from simprep.character import Character
 from simprep.errors import UnknownNameError
 from simprep.motion.rotations import multiply_quat, wrap_angle
 from simprep.motion.turns import about_vertical
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
-Array = NDArray[np.float64]
 
-
-def blending_weight(alpha: Array | float, curvature: Array | float, curve: str = "described") -> Array:
+def blending_weight(alpha: FloatArray | float, curvature: FloatArray | float, curve: str = "described") -> FloatArray:
     """Weight, 0 to 1, of the reference posture at a level of preparation (paper, Eq. 1); exactly 0 at alpha 0 and 1 at alpha 1.
 
     As printed, w = (1 - (1 - a)^C)^(1/C) with C = 0.5 makes the arms lag behind the legs (w(0.5) = 0.09), while the paper's
@@ -35,8 +33,8 @@ def blending_weight(alpha: Array | float, curvature: Array | float, curve: str =
 
 
 def joint_weights(
-    alpha: Array, character: Character, settings: PreparationSettings = DEFAULT_SETTINGS
-) -> tuple[Array, Array]:
+    alpha: FloatArray, character: Character, settings: PreparationSettings = DEFAULT_SETTINGS
+) -> tuple[FloatArray, FloatArray]:
     """Blending weights of the root (T,) and of every hinge (T, joints) at (T,) levels of preparation.
 
     Raises:
@@ -58,7 +56,7 @@ def joint_weights(
     )
 
 
-def split_heading(quat: Array) -> tuple[Array, Array]:
+def split_heading(quat: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Split root rotations (..., 4) wxyz into heading (...) and tilt (..., 2) [rad]: the tilt first, then the heading about z.
 
     The tilt is the rotation vector of the remaining turn, about the heading's x and y axes: roll and pitch where the body
@@ -76,7 +74,7 @@ def split_heading(quat: Array) -> tuple[Array, Array]:
     return wrap_angle(heading), np.stack([scale * sx, scale * sy], axis=-1)
 
 
-def join_heading(heading: Array, tilt: Array) -> Array:
+def join_heading(heading: FloatArray, tilt: FloatArray) -> FloatArray:
     """Inverse of `split_heading`: heading (...) and tilt (..., 2) [rad] to a quaternion (..., 4) wxyz."""
     heading = np.asarray(heading)
     vector = np.concatenate([tilt, np.zeros((*heading.shape, 1))], axis=-1)

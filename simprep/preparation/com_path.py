@@ -7,11 +7,10 @@ d(t) near the raw pull that keeps within all discs is taken: a convex problem, s
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import cholesky_banded
 from scipy.linalg.lapack import dpbtrs
 
-Array = NDArray[np.float64]
+from simprep.arrays import FloatArray
 
 _MARGIN_M = 0.005  # the path comes nearer by at least this ...
 _MARGIN_SHARE = 0.2  # ... or by this share of the distance, where that is less
@@ -21,7 +20,7 @@ _PENALTY = 3.0
 _REPAIR_MARGIN = 0.2  # share of the margin that a repair keeps
 
 
-def smooth_path_in_discs(wanted: Array, centre: Array, radius: Array, tau: float) -> Array:
+def smooth_path_in_discs(wanted: FloatArray, centre: FloatArray, radius: FloatArray, tau: float) -> FloatArray:
     """Path x (T, 2) that minimises sum |x - wanted|^2 + tau^4 sum |second difference of x|^2 with |x - centre| <= radius.
 
     By the alternating direction method of multipliers (Boyd et al. 2011, section 5.2), one banded solve per iteration. It
@@ -60,7 +59,7 @@ def smooth_path_in_discs(wanted: Array, centre: Array, radius: Array, tau: float
     return np.asarray(x.T)
 
 
-def displacement_path(pull: Array, reach: float, tau: float) -> Array:
+def displacement_path(pull: FloatArray, reach: float, tau: float) -> FloatArray:
     """Smooth displacement (T, 2) [m] of the COM, nearer to the support centre in every frame; in flight it dies away.
 
     Args:
@@ -73,7 +72,7 @@ def displacement_path(pull: Array, reach: float, tau: float) -> Array:
     return smooth_path_in_discs(wanted, pull, _radius(pull, np.ones(len(pull))), tau)
 
 
-def displacement_repair(moved: Array, pull: Array, share: Array, tau: float) -> Array:
+def displacement_repair(moved: FloatArray, pull: FloatArray, share: FloatArray, tau: float) -> FloatArray:
     """Small smooth addition (T, 2) [m] to a displacement that puts the COM nearer to the support centre; 0 where share is.
 
     Args:
@@ -89,7 +88,7 @@ def displacement_repair(moved: Array, pull: Array, share: Array, tau: float) -> 
     return smooth_path_in_discs(none, centre, radius, tau) * (share > 0)[:, None]
 
 
-def _radius(pull: Array, share: Array) -> Array:
+def _radius(pull: FloatArray, share: FloatArray) -> FloatArray:
     """Radii (T,) of the discs, a margin within the COM's distance; infinite in flight."""
     distance = np.linalg.norm(pull, axis=1)
     return np.where(np.isnan(distance), np.inf, distance - share * np.minimum(_MARGIN_M, _MARGIN_SHARE * distance))

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import SIDES, Character
 from simprep.motion.contacts import stances
 from simprep.motion.curves import dying_away, minimum_jerk
@@ -21,8 +21,6 @@ from simprep.motion.limb_ik import Leg, legs, solve_leg
 from simprep.motion.rotations import axis_rotation, rotation_matrix
 from simprep.motion.turns import turned
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
-
-Array = NDArray[np.float64]
 
 _CARRY_M = 0.004  # a foot point this much higher than the lowest carries 1/e of its share
 _NOTHING = 1e-9
@@ -49,8 +47,8 @@ class Standing:
 
     ease_in: float = 0.0
     deepest: float = np.inf
-    turning: Array | None = None
-    landing: Array | None = None
+    turning: FloatArray | None = None
+    landing: FloatArray | None = None
     yielding: bool = False
 
 
@@ -69,23 +67,23 @@ class Planted:
         corrections: (T, 2, 4) how far each foot was shifted [m] and turned about the vertical [rad].
     """
 
-    qpos: Array
-    foot_error: Array
-    pelvis_drop: Array
+    qpos: FloatArray
+    foot_error: FloatArray
+    pelvis_drop: FloatArray
     kinematics: Kinematics
-    corrections: Array
+    corrections: FloatArray
 
 
 def plant_feet(
-    qpos: Array,
+    qpos: FloatArray,
     source: Kinematics | None,
-    contacts: NDArray[np.bool_],
-    weight: Array,
-    reference_height: Array,
+    contacts: BoolArray,
+    weight: FloatArray,
+    reference_height: FloatArray,
     fps: float,
     character: Character,
     settings: PreparationSettings = DEFAULT_SETTINGS,
-    start: Array | None = None,
+    start: FloatArray | None = None,
     standing: Standing = _AS_EVER,
 ) -> Planted:
     """Move the legs (and lower the pelvis where they cannot reach) so that supporting feet stay put.
@@ -163,7 +161,7 @@ def plant_feet(
     return Planted(out, error, drop, after, corrections)
 
 
-def foot_heading(rotation: Array) -> Array:
+def foot_heading(rotation: FloatArray) -> FloatArray:
     """Turn of feet (T, ..., 3, 3) about the vertical (swing-twist decomposition): (T, ...) [rad], continuous over T.
 
     It is defined for every tilt but upside down, while the toe's direction on the floor vanishes when the heel is high.
@@ -173,8 +171,8 @@ def foot_heading(rotation: Array) -> Array:
 
 
 def _keep_carrying_points(
-    aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, character: Character
-) -> NDArray[np.bool_]:
+    aim: FloatArray, goal: FloatArray, goal_rotation: FloatArray, after: Kinematics, character: Character
+) -> BoolArray:
     """Feet (T, 2) that a joint limit has tilted into the floor; `aim` changes so that their lowest points come right."""
     missed = np.zeros(aim.shape[:2], dtype=bool)
     for side, leg in enumerate(legs(character)):
@@ -189,8 +187,13 @@ def _keep_carrying_points(
 
 
 def _yield(
-    aim: Array, goal: Array, goal_rotation: Array, after: Kinematics, contacts: NDArray[np.bool_], character: Character
-) -> NDArray[np.bool_]:
+    aim: FloatArray,
+    goal: FloatArray,
+    goal_rotation: FloatArray,
+    after: Kinematics,
+    contacts: BoolArray,
+    character: Character,
+) -> BoolArray:
     """Feet (T, 2) that a limit keeps from their place; they want the orientation they got, about the carrying point.
 
     `aim`, `goal` (T, 2, 3) and `goal_rotation` (T, 2, 3, 3) change in place.
@@ -221,7 +224,7 @@ def _yield(
 class _Track:
     """One foot over time, with the places of its points relative to the ankle."""
 
-    def __init__(self, leg: Leg, ankle: Array, rotation: Array) -> None:
+    def __init__(self, leg: Leg, ankle: FloatArray, rotation: FloatArray) -> None:
         self.leg, self.ankle, self.rotation = leg, ankle, rotation
         self.points = np.einsum("tij,kj->tki", rotation, leg.points)  # (T, N, 3)
         self.heading = np.unwrap(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))
@@ -234,11 +237,11 @@ class _Track:
         return some
 
     @property
-    def sole(self) -> Array:
+    def sole(self) -> FloatArray:
         """(T,) height of the lowest point relative to the ankle."""
         return np.asarray((self.points[..., 2] - self.leg.radii).min(axis=1))
 
-    def rolling(self, turn: Array, pivoting: bool = False) -> Array:
+    def rolling(self, turn: FloatArray, pivoting: bool = False) -> FloatArray:
         """(T - 1, 2) ankle displacement per frame that keeps the carrying points in place, the foot turned by `turn`.
 
         Pivoting, it turns about its toe where that carries.
@@ -261,15 +264,15 @@ class _Track:
 def _corrections(
     track: _Track,
     origin: _Track,
-    contact: NDArray[np.bool_],
-    weight: Array,
-    reference_height: Array | float,
+    contact: BoolArray,
+    weight: FloatArray,
+    reference_height: FloatArray | float,
     fps: float,
     settings: PreparationSettings,
-    start: Array,
+    start: FloatArray,
     standing: Standing,
     side: int,
-) -> Array:
+) -> FloatArray:
     """Shift of the ankle and turn of the foot about the vertical, (T, 4); `start` are those of the first frame, in stance."""
     n = len(contact)
     value = np.zeros((n, 4))  # x, y, z, heading
@@ -310,14 +313,14 @@ def _corrections(
     return value
 
 
-def _pivot(leg: Leg) -> Array:
+def _pivot(leg: Leg) -> FloatArray:
     """(N,) how much each point of the sole takes part in a pivot: most the foremost ones, least the rearmost."""
     forward = leg.points[:, 0]
     share = np.where(forward == forward.max(), _TOE_PIVOTS, _BALL_PIVOTS)
     return np.where(forward == forward.min(), _HEEL_PIVOTS, share)
 
 
-def _bridge(value: Array, start: int, left: int, landed: int, stop: int, ease: int) -> None:
+def _bridge(value: FloatArray, start: int, left: int, landed: int, stop: int, ease: int) -> None:
     """Fill a swing, frames left to landed - 1, so that the corrections at both its ends fade with continuous speed."""
     length = min(landed - left + 1, ease)
     frames = np.arange(1, length)
@@ -332,18 +335,18 @@ def _bridge(value: Array, start: int, left: int, landed: int, stop: int, ease: i
         value[landed - frames] += dying_away(share, held, slope * length)
 
 
-def _from_zero(steps: Array) -> Array:
+def _from_zero(steps: FloatArray) -> FloatArray:
     return np.concatenate([np.zeros((1, *steps.shape[1:])), steps]).cumsum(axis=0)
 
 
 def _pelvis_drop(
     before: Kinematics,
-    goal: Array,
-    changed: NDArray[np.bool_],
+    goal: FloatArray,
+    changed: BoolArray,
     fps: float,
     character: Character,
     settings: PreparationSettings,
-) -> Array:
+) -> FloatArray:
     """How far to lower the pelvis, smoothly in time, so that no leg has to be longer than it is."""
     need = np.zeros(len(goal))
     for side, leg in enumerate(legs(character)):

@@ -3,16 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.character import Character
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.preparation.com_path import displacement_path, displacement_repair
 from simprep.preparation.posture_problem import PostureProblem
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
-
-Array = NDArray[np.float64]
 
 _REPAIRS = 3
 _REPAIRED_M = 1e-6
@@ -32,18 +30,18 @@ class OptimisedPostures:
         goals: (T, 2) where C_b wanted the COM on the floor [m]; NaN where it was left out.
     """
 
-    qpos: Array
-    before: Array
-    after: Array
-    steps: NDArray[np.int64]
-    goals: Array
+    qpos: FloatArray
+    before: FloatArray
+    after: FloatArray
+    steps: IntArray
+    goals: FloatArray
 
 
 def optimise_postures(
-    qpos: Array,
+    qpos: FloatArray,
     blended: Kinematics,
-    centres: Array,
-    share: Array,
+    centres: FloatArray,
+    share: FloatArray,
     fps: float,
     character: Character,
     settings: PreparationSettings = DEFAULT_SETTINGS,
@@ -103,7 +101,9 @@ def optimise_postures(
     return OptimisedPostures(out, before, after, steps, goals)
 
 
-def _repair(problem: PostureProblem, qpos: Array, com: Array, centres: Array, share: Array, fps: float) -> None:
+def _repair(
+    problem: PostureProblem, qpos: FloatArray, com: FloatArray, centres: FloatArray, share: FloatArray, fps: float
+) -> None:
     """Change postures in place, as little as needed, so that the COM is nearer to the support centre than `com`."""
     pull = centres - com
     moved = np.zeros_like(com)

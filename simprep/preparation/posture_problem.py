@@ -12,14 +12,12 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dposv
 
-from simprep.character import Character, IntArray
+from simprep.arrays import BoolArray, FloatArray, IndexArray
+from simprep.character import Character
 from simprep.motion.kinematics import working_memory
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
-
-Array = NDArray[np.float64]
 
 _DAMPING = 1e-5  # keeps hinges that move no body centre (wrist, pronation) where they are
 _ENOUGH = 2e-3  # a step that gains less than this share of the reduction so far is the last
@@ -54,13 +52,13 @@ class PostureFrame:
             those that continue the two frames before in a straight line, for C_m.
     """
 
-    qpos: Array
-    hinges: Array
-    wanted: Array | None
+    qpos: FloatArray
+    hinges: FloatArray
+    wanted: FloatArray | None
     fixed_smoothness: float
-    anchors: Array
+    anchors: FloatArray
 
-    def after(self, before_last: Array, last: Array) -> "PostureFrame":
+    def after(self, before_last: FloatArray, last: FloatArray) -> "PostureFrame":
         """The frame with C_m after other centres (M, 3) of the bodies that move, two frames and one frame earlier [m]."""
         anchors = np.array([self.anchors[0], 2 * last - before_last])
         return PostureFrame(self.qpos, self.hinges, self.wanted, self.fixed_smoothness, anchors)
@@ -69,11 +67,11 @@ class PostureFrame:
 class _Posture(NamedTuple):
     """A frame's costs at some hinges, and what its gradient there takes from them."""
 
-    hinges: Array
-    change: Array  # (K,) from the blended hinges [rad]
-    offsets: Array  # (1 or 2, M, 3) from the anchors [m]
-    distances: Array  # (1 or 2, M) their smooth norms [m]
-    com: Array | None  # (2,) from where C_b wants it [m]
+    hinges: FloatArray
+    change: FloatArray  # (K,) from the blended hinges [rad]
+    offsets: FloatArray  # (1 or 2, M, 3) from the anchors [m]
+    distances: FloatArray  # (1 or 2, M) their smooth norms [m]
+    com: FloatArray | None  # (2,) from where C_b wants it [m]
     costs: Costs
 
 
@@ -116,7 +114,11 @@ class PostureProblem:
         self._xipos = self.data.xipos
 
     def frame(
-        self, qpos: Array, centre: Array | None, last: Array | None = None, before_last: Array | None = None
+        self,
+        qpos: FloatArray,
+        centre: FloatArray | None,
+        last: FloatArray | None = None,
+        before_last: FloatArray | None = None,
     ) -> PostureFrame:
         """A frame whose posture is to be optimised.
 
@@ -133,7 +135,9 @@ class PostureProblem:
             straight_on, first = 2 * last - before_last, 0
         return self.frames(qpos[None], centres[None], goal[None], straight_on[None], first)[0]
 
-    def frames(self, qpos: Array, centres: Array, goals: Array, straight_on: Array, first: int) -> list[PostureFrame]:
+    def frames(
+        self, qpos: FloatArray, centres: FloatArray, goals: FloatArray, straight_on: FloatArray, first: int
+    ) -> list[PostureFrame]:
         """Frames of a motion.
 
         Args:
@@ -156,32 +160,32 @@ class PostureProblem:
             for t in range(len(qpos))
         ]
 
-    def _distances(self, offsets: Array) -> Array:
+    def _distances(self, offsets: FloatArray) -> FloatArray:
         """Smooth norms (...) of (..., 3), not yet 0 at 0."""
-        distances: Array = np.sqrt(np.vecdot(offsets, offsets) + self._eps2)
+        distances: FloatArray = np.sqrt(np.vecdot(offsets, offsets) + self._eps2)
         return distances
 
-    def _within(self, hinges: Array) -> Array:
+    def _within(self, hinges: FloatArray) -> FloatArray:
         return np.asarray(np.minimum(np.maximum(hinges, self.low), self.high))
 
-    def moved_centres(self, frame: PostureFrame, hinges: Array) -> Array:
+    def moved_centres(self, frame: PostureFrame, hinges: FloatArray) -> FloatArray:
         """Centres (M, 3) of the bodies that move, with these balancing hinges, world [m]."""
         self._qpos[:] = frame.qpos
         self._qpos[self.columns] = hinges
         mujoco.mj_kinematics(self.model, self.data)
         return np.asarray(self._xipos.take(self._moved_ids, axis=0))
 
-    def centres_of(self, qpos: Array) -> Array:
+    def centres_of(self, qpos: FloatArray) -> FloatArray:
         """Body centres (segments, 3) of a whole posture (nq,)."""
         self._qpos[:] = qpos
         mujoco.mj_kinematics(self.model, self.data)
         return np.array(self._xipos[1:])
 
-    def com_of(self, qpos: Array) -> Array:
+    def com_of(self, qpos: FloatArray) -> FloatArray:
         """COM (2,) on the floor of a whole posture (nq,) [m]."""
         return np.asarray(self._share @ self.centres_of(qpos)[:, :2])
 
-    def com_jacobian(self, qpos: Array) -> Array:
+    def com_jacobian(self, qpos: FloatArray) -> FloatArray:
         """Jacobian (2, K) of `com_of` by the balancing hinges [m/rad]."""
         self.centres_of(qpos)
         mujoco.mj_comPos(self.model, self.data)
@@ -189,11 +193,11 @@ class PostureProblem:
         mujoco.mj_jacSubtreeCom(self.model, self.data, jacobian, 1)
         return np.asarray(jacobian[:2].take(self._velocities, axis=1))
 
-    def costs(self, frame: PostureFrame, hinges: Array) -> Costs:
+    def costs(self, frame: PostureFrame, hinges: FloatArray) -> Costs:
         """Cost terms of a frame at (K,) hinges."""
         return self._at(frame, hinges).costs
 
-    def costs_of_all(self, frames: list[PostureFrame], hinges: Array, moved: Array) -> Array:
+    def costs_of_all(self, frames: list[PostureFrame], hinges: FloatArray, moved: FloatArray) -> FloatArray:
         """`costs` (N, 4) of N frames at (N, K) hinges, with their `moved_centres` (N, M, 3)."""
         s, n = self.settings, len(self._share)
         blended, straight_on = (np.array([frame.anchors[i] for frame in frames]) for i in (0, -1))
@@ -208,7 +212,7 @@ class PostureProblem:
         total += s.joint_weight / 2 * (change * change).sum(axis=1)
         return np.stack([balance, style, smoothness, total], axis=1)
 
-    def _at(self, frame: PostureFrame, hinges: Array) -> _Posture:
+    def _at(self, frame: PostureFrame, hinges: FloatArray) -> _Posture:
         p = self.moved_centres(frame, hinges)
         s, n = self.settings, len(self._share)
         offsets = p - frame.anchors
@@ -227,11 +231,11 @@ class PostureProblem:
         total += s.joint_weight / 2 * float(change.dot(change))
         return _Posture(hinges, change, offsets, distances, com, Costs(balance, style, smoothness, total))
 
-    def gradient(self, frame: PostureFrame, hinges: Array) -> tuple[Array, Array]:
+    def gradient(self, frame: PostureFrame, hinges: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Gradient (K,) [m/rad] of a frame's cost at (K,) hinges [rad], and the (K, K) damped Gauss-Newton matrix [m/rad^2]."""
         return self._gradient_here(frame, self._at(frame, hinges))
 
-    def _gradient_here(self, frame: PostureFrame, posture: _Posture) -> tuple[Array, Array]:
+    def _gradient_here(self, frame: PostureFrame, posture: _Posture) -> tuple[FloatArray, FloatArray]:
         """`gradient` at the posture of which `moved_centres` were found last."""
         model, data, s = self.model, self.data, self.settings
         mujoco.mj_comPos(model, data)
@@ -252,7 +256,7 @@ class PostureProblem:
         curvature.reshape(-1)[:: len(gradient) + 1] += s.joint_weight + _DAMPING
         return gradient, curvature
 
-    def minimise(self, frame: PostureFrame, *starts: Array) -> tuple[Array, int]:
+    def minimise(self, frame: PostureFrame, *starts: FloatArray) -> tuple[FloatArray, int]:
         """Descend from the best of some (K,) hinges, brought within the joint limits, in at most `settings.max_steps` steps.
 
         Returns:
@@ -295,7 +299,7 @@ class PostureProblem:
         return None
 
 
-def _moved_segments(model: mujoco.MjModel, joint_ids: IntArray) -> NDArray[np.bool_]:
+def _moved_segments(model: mujoco.MjModel, joint_ids: IndexArray) -> BoolArray:
     """Segments (segments,) that some of these joints move: the joints' own and all that hang on them."""
     moved = np.zeros(model.nbody, dtype=bool)
     moved[model.jnt_bodyid[joint_ids]] = True

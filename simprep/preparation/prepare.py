@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.errors import MotionError, SettingError
 from simprep.motion.edit import cut, loop_displacement, repeat
 from simprep.motion.kinematics import forward_kinematics
@@ -16,8 +16,6 @@ from simprep.preparation.reference_posture import ReferencePosture, reference_po
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 from simprep.preparation.synthesis import Locomotion, Style, synthesise
 from simprep.preparation.trajectory import heading_trend
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -44,20 +42,20 @@ class Record:
         settings: every constant used.
     """
 
-    alpha: Array
-    root_weight: Array
-    weights: Array
-    costs_before: Array
-    costs_after: Array
-    steps: NDArray[np.int64]
-    com_before: Array
-    com: Array
-    support: tuple[Array, ...]
-    centre: Array
-    goal: Array
-    locomotion_contacts: NDArray[np.bool_]
-    foot_error: Array
-    pelvis_drop: Array
+    alpha: FloatArray
+    root_weight: FloatArray
+    weights: FloatArray
+    costs_before: FloatArray
+    costs_after: FloatArray
+    steps: IntArray
+    com_before: FloatArray
+    com: FloatArray
+    support: tuple[FloatArray, ...]
+    centre: FloatArray
+    goal: FloatArray
+    locomotion_contacts: BoolArray
+    foot_error: FloatArray
+    pelvis_drop: FloatArray
     reference: ReferencePosture
     settings: PreparationSettings
 
@@ -78,7 +76,7 @@ class Preparation:
 def prepare(
     locomotion: Motion,
     target: Motion,
-    alpha: float | Array,
+    alpha: float | FloatArray,
     *,
     settings: PreparationSettings = DEFAULT_SETTINGS,
     duration: float | None = None,
@@ -165,7 +163,7 @@ def extend(locomotion: Motion, frames: int) -> Motion:
     return cut(locomotion, 0, frames)
 
 
-def _levels(locomotion: Motion, alpha: float | Array, duration: float | None) -> Array:
+def _levels(locomotion: Motion, alpha: float | FloatArray, duration: float | None) -> FloatArray:
     level = np.asarray(alpha, dtype=np.float64)
     if level.ndim == 0:
         frames = len(locomotion) if duration is None else max(1, round(duration * locomotion.fps) + 1)

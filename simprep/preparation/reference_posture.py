@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import SIDES
 from simprep.errors import MotionError
 from simprep.motion.kinematics import forward_kinematics
@@ -33,13 +33,13 @@ class ReferencePosture:
         contacts: (2,) feet that support in this posture.
     """
 
-    qpos: NDArray[np.float64]
+    qpos: FloatArray
     frame: int
     target_frame: int
     found: bool
     reason: str
-    sole_height: NDArray[np.float64]
-    contacts: NDArray[np.bool_]
+    sole_height: FloatArray
+    contacts: BoolArray
 
 
 def target_frame(target: Motion) -> int:

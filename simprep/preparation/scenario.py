@@ -3,8 +3,8 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.edit import resample
 from simprep.motion.motion import Motion
@@ -46,7 +46,7 @@ class AlphaProfile:
             if not getattr(self, name) >= 0:
                 raise SettingError(f"{name} {getattr(self, name)} s; valid: 0 or more")
 
-    def levels(self, frames: int, fps: float) -> NDArray[np.float64]:
+    def levels(self, frames: int, fps: float) -> FloatArray:
         """Level of preparation of every frame, (frames,)."""
         x = np.clip((np.arange(frames) / fps - self.lead) / max(self.rise, 1e-9), 0.0, 1.0)
         return np.asarray(self.level * x**3 * (10 - 15 * x + 6 * x * x))

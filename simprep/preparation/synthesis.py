@@ -7,8 +7,8 @@ one window is handed to the next, so that feet stay planted and the root goes on
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.motion.contacts import stances
 from simprep.motion.curves import smooth_step
@@ -19,8 +19,6 @@ from simprep.preparation.planting import plant_feet
 from simprep.preparation.posture_optimisation import OptimisedPostures, optimise_postures
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 from simprep.preparation.trajectory import blend_root, support_share
-
-Array = NDArray[np.float64]
 
 _RESTING_HEIGHT_M = 0.01
 _RESTING_SPEED = 0.1  # m/s
@@ -37,9 +35,9 @@ class Style:
         contacts: (2,) or (T, 2) feet that support in it.
     """
 
-    qpos: Array
-    sole_height: Array
-    contacts: NDArray[np.bool_]
+    qpos: FloatArray
+    sole_height: FloatArray
+    contacts: BoolArray
 
 
 @dataclass(frozen=True)
@@ -54,9 +52,9 @@ class Locomotion:
         character: whose poses they are.
     """
 
-    qpos: Array
-    contacts: NDArray[np.bool_]
-    trend: Array
+    qpos: FloatArray
+    contacts: BoolArray
+    trend: FloatArray
     fps: float
     character: Character
 
@@ -72,8 +70,8 @@ class Seam:
     """
 
     lag: float = 0.0
-    lost: Array = field(default_factory=lambda: np.zeros(2))
-    feet: Array = field(default_factory=lambda: np.zeros((2, 4)))
+    lost: FloatArray = field(default_factory=lambda: np.zeros(2))
+    feet: FloatArray = field(default_factory=lambda: np.zeros((2, 4)))
 
 
 @dataclass(frozen=True)
@@ -94,19 +92,19 @@ class Synthesis:
         lag, lost, feet: (T,), (T, 2), (T, 2, 4) see `Seam`.
     """
 
-    qpos: Array
-    contacts: NDArray[np.bool_]
+    qpos: FloatArray
+    contacts: BoolArray
     kinematics: Kinematics
-    root_weight: Array
-    weights: Array
-    support: tuple[Array, NDArray[np.bool_]]
-    centre: Array
+    root_weight: FloatArray
+    weights: FloatArray
+    support: tuple[FloatArray, BoolArray]
+    centre: FloatArray
     optimised: OptimisedPostures | None
-    foot_error: Array
-    pelvis_drop: Array
-    lag: Array
-    lost: Array
-    feet: Array
+    foot_error: FloatArray
+    pelvis_drop: FloatArray
+    lag: FloatArray
+    lost: FloatArray
+    feet: FloatArray
 
     def seam(self, frame: int) -> Seam:
         """What a window that begins with this frame must know."""
@@ -116,12 +114,12 @@ class Synthesis:
 def synthesise(
     locomotion: Locomotion,
     style: Style,
-    level: Array,
+    level: FloatArray,
     settings: PreparationSettings = DEFAULT_SETTINGS,
     optimise: bool = True,
     start: Seam | None = None,
     measure: bool = True,
-    share: Array | float = 1.0,
+    share: FloatArray | float = 1.0,
 ) -> Synthesis:
     """Blend, bring the root on its way, plant the feet, optimise the posture (paper, section 5).
 
@@ -184,7 +182,7 @@ def synthesise(
     )  # fmt: skip
 
 
-def change_share(alpha: Array, fps: float, settings: PreparationSettings = DEFAULT_SETTINGS) -> Array:
+def change_share(alpha: FloatArray, fps: float, settings: PreparationSettings = DEFAULT_SETTINGS) -> FloatArray:
     """Share (T,) of the posture change that is used at (T,) levels of preparation: 0 below the threshold, eased in time above."""
     share = np.zeros(len(alpha))
     ramp = settings.threshold_ramp * fps
@@ -197,7 +195,7 @@ def change_share(alpha: Array, fps: float, settings: PreparationSettings = DEFAU
     return share
 
 
-def resting_feet(foot_points: Array, weight: Array, style: Style, fps: float) -> NDArray[np.bool_]:
+def resting_feet(foot_points: FloatArray, weight: FloatArray, style: Style, fps: float) -> BoolArray:
     """Feet (T, 2) that rest on the floor where the locomotion has them in the air, as blending has taken their swing away.
 
     A foot rests where it supports in the reference posture too, and its lowest point is within 1 cm of the height it has

@@ -3,13 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, uniform_filter1d
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.motion.turns import turned
 from simprep.preparation.blending import join_heading, split_heading
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -24,14 +22,14 @@ class RootPath:
         lost: (T, 2) travel lost so far against the locomotion [m].
     """
 
-    position: Array
-    heading: Array
-    quat: Array
-    lag: Array
-    lost: Array
+    position: FloatArray
+    heading: FloatArray
+    quat: FloatArray
+    lag: FloatArray
+    lost: FloatArray
 
 
-def heading_trend(heading: Array, fps: float, cycle: tuple[int, float] | None = None) -> Array:
+def heading_trend(heading: FloatArray, fps: float, cycle: tuple[int, float] | None = None) -> FloatArray:
     """Heading (T,) [rad] without the turning of the pelvis to and fro at every step.
 
     Args:
@@ -48,7 +46,11 @@ def heading_trend(heading: Array, fps: float, cycle: tuple[int, float] | None = 
 
 
 def blend_root(
-    locomotion: Array, reference: Array, weight: Array, trend: Array, start: tuple[float, Array] = (0.0, np.zeros(2))
+    locomotion: FloatArray,
+    reference: FloatArray,
+    weight: FloatArray,
+    trend: FloatArray,
+    start: tuple[float, FloatArray] = (0.0, np.zeros(2)),
 ) -> RootPath:
     """Blend the root's tilt and slow down its travel and turning; exactly the locomotion up to the first weight above 0.
 
@@ -80,7 +82,7 @@ def blend_root(
     return RootPath(locomotion[:, :2] + lost, blended_heading, quat, lag, lost)
 
 
-def support_share(contacts: NDArray[np.bool_], fps: float, smoothing: float = 0.05) -> Array:
+def support_share(contacts: BoolArray, fps: float, smoothing: float = 0.05) -> FloatArray:
     """How much each foot decides the root height (T, 2): its contacts, smoothed in time; they add up to 1, halves in flight.
 
     Args:

@@ -7,9 +7,9 @@ dies away over a short window (inertialisation); planted feet stay put by invers
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import FloatArray
 from simprep.errors import MotionError, SettingError
 from simprep.motion.contacts import stances
 from simprep.motion.edit import cut, move
@@ -20,8 +20,6 @@ from simprep.motion.turns import rotation_between
 from simprep.preparation.blending import split_heading
 from simprep.preparation.planting import plant_feet
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
-
-Array = NDArray[np.float64]
 
 LAUNCH_EVENT = "launch"
 DEFAULT_WINDOW_S = 0.3
@@ -36,8 +34,8 @@ VELOCITY_S = 0.1
 class _State:
     """Pose and change per frame at one instant."""
 
-    qpos: Array
-    step: Array  # (nv,) root displacement, root rotation vector (world), hinges
+    qpos: FloatArray
+    step: FloatArray  # (nv,) root displacement, root rotation vector (world), hinges
 
 
 def launch(
@@ -123,7 +121,7 @@ def launch_frame(locomotion: Motion, first: int, after: int, target: Motion, ent
     return int(candidates[np.argmin(distance)])
 
 
-def local_state(motion: Motion) -> tuple[Array, Array]:
+def local_state(motion: Motion) -> tuple[FloatArray, FloatArray]:
     """Body positions [m] and velocities [m/s] in the axes of the root's heading, so that poses anywhere on the floor compare.
 
     Both are (T, segments, 3); the positions are relative to the root on the floor.
@@ -157,11 +155,11 @@ def _state(motion: Motion, frame: int) -> _State:
     return _State(motion.qpos[frame], _difference(motion.qpos[before], motion.qpos[after]) / span)
 
 
-def _difference(a: Array, b: Array) -> Array:
+def _difference(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.concatenate([b[:3] - a[:3], rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]])
 
 
-def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tuple[Array, Array]:
+def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tuple[FloatArray, FloatArray]:
     """Target poses (T, nq) from `entry` on, led in from the approach's pose and velocity; what is left of the offset (T,)."""
     qpos = target.qpos[entry:].copy()
     own = _state(target, entry)

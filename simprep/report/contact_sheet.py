@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.errors import SettingError
 from simprep.motion.motion import Motion
 from simprep.report.film_strip import Row, Stage, StripSettings, film_strip, save_picture
@@ -17,7 +17,7 @@ PICTURE_PX = (120, 150)
 COLOURS = 128
 
 
-def picture_times(motion: Motion, columns: int = COLUMNS) -> NDArray[np.float64]:
+def picture_times(motion: Motion, columns: int = COLUMNS) -> FloatArray:
     """Evenly spaced instants [s], one of them moved to the impact where there is one.
 
     Args:

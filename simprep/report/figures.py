@@ -5,9 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.errors import MissingExtraError
 from simprep.files import atomic_path
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -18,7 +18,7 @@ COLOURS = ("#5b616b", "#b8860b", "#2f6fb3", "#c2452d", "#3a8a4d", "#7a4fa3")
 DPI = 110
 DEBOUNCE_S = 0.05
 
-Series = tuple[NDArray[np.float64], NDArray[np.float64]]
+Series = tuple[FloatArray, FloatArray]
 
 
 def plot_com_and_support(motions: Mapping[str, Motion], frames: Sequence[int], path: str | Path, title: str) -> Path:
@@ -96,9 +96,7 @@ def plot_margins(
 
 
 def plot_blending_curves(
-    curves: Mapping[str, Callable[[NDArray[np.float64], float], NDArray[np.float64]]],
-    constants: Mapping[str, float],
-    path: str | Path,
+    curves: Mapping[str, Callable[[FloatArray, float], FloatArray]], constants: Mapping[str, float], path: str | Path
 ) -> Path:
     """Blending weight against level of preparation (Fig. 5 of the 2013 paper).
 
@@ -123,7 +121,7 @@ def plot_blending_curves(
     return save_figure(figure, path)
 
 
-def _draw_support(axes: Any, kinematics: Kinematics, contacts: NDArray[np.bool_], index: int) -> None:
+def _draw_support(axes: Any, kinematics: Kinematics, contacts: BoolArray, index: int) -> None:
     points, mask = support_points(kinematics.foot_points[index : index + 1], contacts[index : index + 1])
     com = kinematics.com[index, :2]
     middle = points[0].mean(axis=0)
@@ -145,7 +143,7 @@ def _draw_support(axes: Any, kinematics: Kinematics, contacts: NDArray[np.bool_]
     axes.tick_params(labelsize=6)
 
 
-def _robust_limits(values: list[NDArray[np.float64]]) -> tuple[float, float]:
+def _robust_limits(values: list[FloatArray]) -> tuple[float, float]:
     """Limits that a body lying metres from its feet does not stretch."""
     known = np.concatenate([value[np.isfinite(value)] for value in values])
     if not len(known):

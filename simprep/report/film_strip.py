@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.character import Character
 from simprep.errors import MissingExtraError, SettingError
 from simprep.files import atomic_path
@@ -161,9 +162,7 @@ class Stage:
         self._canvases.clear()  # GL objects go before the context they live in
         self._gl.free()
 
-    def pictures(
-        self, motion: Motion, times: NDArray[np.float64], others: Sequence[Motion] = ()
-    ) -> list[NDArray[np.uint8]]:
+    def pictures(self, motion: Motion, times: FloatArray, others: Sequence[Motion] = ()) -> list[NDArray[np.uint8]]:
         """Pictures of a motion, N of (height, width, 3).
 
         Args:

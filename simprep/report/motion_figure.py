@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from simprep.character import SIDES, Character, IntArray
+from simprep.arrays import IndexArray
+from simprep.character import SIDES, Character
 from simprep.errors import UnknownNameError
 from simprep.motion.contacts import stances
 from simprep.motion.motion import Motion
@@ -72,7 +73,7 @@ def plot_run(run: Run, joints: str | Sequence[str] | None = None, path: str | Pa
     return _finish(figure, panels, reference, path)
 
 
-def _groups(character: Character, joints: str | Sequence[str] | None) -> dict[str, IntArray]:
+def _groups(character: Character, joints: str | Sequence[str] | None) -> dict[str, IndexArray]:
     """Indices of the joints to draw, by their panel."""
     grouped = {name for names in character.groups.values() for name in names}
     groups = {**character.groups, "other joints": tuple(name for name in character.joints if name not in grouped)}
@@ -97,7 +98,7 @@ def _panels(title: str, count: int) -> tuple["Figure", list[Any]]:
     return figure, [figure.add_subplot(grid[k // 2, :] if k == alone else grid[k // 2, k % 2]) for k in range(count)]
 
 
-def _draw(panels: Sequence[Any], motion: Motion, groups: Mapping[str, IntArray], kind: str = "") -> None:
+def _draw(panels: Sequence[Any], motion: Motion, groups: Mapping[str, IndexArray], kind: str = "") -> None:
     """Height, contacts and angles in the first panels; faint for a `reference`."""
     faint = kind == "reference"
     style: dict[str, Any] = {"lw": 1.0, "ls": (0, (3, 2)), "alpha": 0.5} if faint else {"lw": 1.2}

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.controller.runtime.performer import Performer
 from simprep.controller.runtime.task import ActionRecord, Pursuit, Task, World
 from simprep.controller.spaces import SETTLES_S
@@ -18,8 +18,6 @@ from simprep.preparation.reference_posture import reference_posture
 from simprep.preparation.scenario import RISE_EVENT
 from simprep.preparation.synthesis import Style
 from simprep.preparation.transition import DEFAULT_WINDOW_S, LAUNCH_EVENT, launch
-
-Array = NDArray[np.float64]
 
 NEAR_M = 1.5
 """The style is kept between two obstacles nearer than this [m]."""
@@ -50,7 +48,7 @@ class Approach:
     motion: Motion
     reached: bool
     time_s: float | None
-    level: Array
+    level: FloatArray
     actions: tuple[ActionRecord, ...]
     launches: tuple[int, ...]
     alpha_at_influence: float | None
@@ -134,7 +132,9 @@ def approach(
     )
 
 
-def _alpha_at_influence(pursuits: Sequence[Pursuit], level: Array, launches: Sequence[int], fps: float) -> float | None:
+def _alpha_at_influence(
+    pursuits: Sequence[Pursuit], level: FloatArray, launches: Sequence[int], fps: float
+) -> float | None:
     first = pursuits[0]
     if first.met_frame is None:
         return None
@@ -170,8 +170,8 @@ def _leave(world: World, whole: Motion, launched: int, target: str | None, node:
 
 
 def _append(
-    whole: Motion | None, level: Array, begin: int, motion: Motion, own: Array, number: int
-) -> tuple[Motion, Array]:
+    whole: Motion | None, level: FloatArray, begin: int, motion: Motion, own: FloatArray, number: int
+) -> tuple[Motion, FloatArray]:
     """The motion so far, left at frame `begin`, with the next part after it."""
     if whole is None:
         return motion, own

@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.controller.graph import MotionGraph, pair_distances
 from simprep.errors import MotionError, UnknownNameError
 from simprep.motion.curves import dying_away
@@ -17,8 +17,6 @@ from simprep.preparation.prepare import extend
 from simprep.preparation.synthesis import Locomotion
 from simprep.preparation.trajectory import heading_trend
 from simprep.preparation.transition import DEFAULT_WINDOW_S, launch
-
-Array = NDArray[np.float64]
 
 _SLACK = 1.25
 _SLACK_M = 0.01
@@ -38,9 +36,9 @@ class Cycle:
     """
 
     motion: Motion
-    trend: Array
+    trend: FloatArray
     turn: float
-    step: Array
+    step: FloatArray
 
 
 class CoreNodes:
@@ -60,7 +58,7 @@ class CoreNodes:
         self.names = tuple(motions)
         self.character = next(iter(motions.values())).character
         self._graph = graph
-        self._entries: dict[tuple[str, str], NDArray[np.intp]] = {}
+        self._entries: dict[tuple[str, str], IndexArray] = {}
 
     def cycle(self, name: str) -> Cycle:
         """A core node by name; UnknownNameError if there is none."""
@@ -196,7 +194,7 @@ class LocomotionStream:
         self._shift = self._shift + turned(cycle.step, self._turn)
         self._turn += cycle.turn
 
-    def _append(self, qpos: Array, contacts: NDArray[np.bool_], trend: Array, phases: list[tuple[str, int]]) -> None:
+    def _append(self, qpos: FloatArray, contacts: BoolArray, trend: FloatArray, phases: list[tuple[str, int]]) -> None:
         self._qpos = np.concatenate([self._qpos, qpos])
         self._contacts = np.concatenate([self._contacts, contacts])
         self._trend = np.concatenate([self._trend, trend])

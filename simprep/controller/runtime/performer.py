@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from time import process_time
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.controller.alpha_filter import filter_kernel
 from simprep.controller.influence import style_from_vectors, style_vector
 from simprep.controller.runtime.locomotion import CoreNodes, LocomotionStream
@@ -20,8 +20,6 @@ from simprep.preparation.blending import joint_weights
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 from simprep.preparation.synthesis import Seam, Style, Synthesis, synthesise
 from simprep.preparation.trajectory import blend_root
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -118,7 +116,7 @@ class Performer:
         if node != self.node and self.stream.change(node, len(self), frames) is not None:
             self.node = node
 
-    def path(self, commands: Array, share: float = 1.0) -> Array:
+    def path(self, commands: FloatArray, share: float = 1.0) -> FloatArray:
         """Root path (T, 3) under these commands, x, y [m] and heading [rad], without synthesising the body.
 
         Args:
@@ -135,7 +133,7 @@ class Performer:
         root = blend_root(source.qpos[:, :7], tilt, weight * shares, source.trend, (seam.lag, seam.lost))
         return np.column_stack([root.position, source.trend + root.lag])[-len(commands) :]
 
-    def act(self, commands: Array, style: Style, share: float = 1.0) -> Motion:
+    def act(self, commands: FloatArray, style: Style, share: float = 1.0) -> Motion:
         """Make the new frames of one action.
 
         Args:
@@ -174,7 +172,7 @@ class Performer:
         self.synthesis_s += process_time() - begun
         return Motion(qpos, self.fps, self._contacts[first:], name="action", character=self.stream.character)
 
-    def _filtered(self, before: Array, after: Array) -> Array:
+    def _filtered(self, before: FloatArray, after: FloatArray) -> FloatArray:
         """Causal Gaussian filter; as many values as `after` and `before` have, less the filter's memory."""
         signal = np.concatenate([before, after])
         windows = np.lib.stride_tricks.sliding_window_view(signal, len(self._kernel), axis=0)
@@ -192,7 +190,7 @@ class Performer:
                 start = min(start, max(int(grounded[-1]) - 2, 0))
         return max(start, self._last_start)
 
-    def _join(self, qpos: Array, window: Array) -> None:
+    def _join(self, qpos: FloatArray, window: FloatArray) -> None:
         """Let what differs from the frames already shown die away, in place: hinges and root height."""
         shown, made = self._qpos[-len(window) :], qpos[:, 7:].copy()
         character = self.stream.character

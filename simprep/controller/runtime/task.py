@@ -6,8 +6,8 @@ from time import process_time
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.controller.graph import MotionGraph
 from simprep.controller.influence import Influence, contact_weights, mixed_style, style_of, time_to_contact
 from simprep.controller.runtime.locomotion import CoreNodes
@@ -20,8 +20,6 @@ from simprep.preparation.reference_posture import reference_posture
 from simprep.preparation.scenario import RISE_EVENT
 from simprep.preparation.synthesis import Style
 from simprep.preparation.transition import DEFAULT_WINDOW_S, launch, launch_frame
-
-Array = NDArray[np.float64]
 
 APPROACH_M_S = 0.6
 """About the speed over the last 2 m [m/s]; with it the place of contact with a moving source is foreseen."""
@@ -244,7 +242,7 @@ class Pursuit:
         style, share = self._style(weights, nearest)
         self.performer.act(np.full(self.world.action_frames, self.performer.command), style, share)
 
-    def _weigh(self, position: Array, now: float) -> tuple[Array, int | None]:
+    def _weigh(self, position: FloatArray, now: float) -> tuple[FloatArray, int | None]:
         """Weights of the sources of influence by time to contact, and the one that comes first."""
         sources = self.task.influences
         if not sources:
@@ -256,7 +254,7 @@ class Pursuit:
         times = time_to_contact(offset, own - other, REACH_M)
         return contact_weights(times), int(times.argmin())
 
-    def _contact(self, number: int, position: Array, now: float) -> Array:
+    def _contact(self, number: int, position: FloatArray, now: float) -> FloatArray:
         """Where contact with a source is expected (2,), as policies know still sources only."""
         source = self.task.influences[number]
         offset = source.at(now) - position
@@ -266,7 +264,7 @@ class Pursuit:
         closing = (APPROACH_M_S * towards - velocity)[None]
         return source.at(now + float(time_to_contact(offset[None], closing, REACH_M)[0]))
 
-    def _style(self, weights: Array, nearest: int | None) -> tuple[Style, float]:
+    def _style(self, weights: FloatArray, nearest: int | None) -> tuple[Style, float]:
         """What to prepare for, and the probability that it will be needed."""
         if nearest is None or not self.world.prepare:
             return self._neutral, 1.0

@@ -8,15 +8,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.duel.fight.fight import FightAction
 from simprep.duel.fight.masks import KICK, OTHERS, PUNCH, is_neutral, reaction_to
 from simprep.duel.fight.synthesis import Bout
 from simprep.duel.model.structures import NONE, PLAYERS, CoupledGraph
 from simprep.errors import SettingError
 
-FloatArray = NDArray[np.float64]
 SHORTEST_S = 0.3
 """Least length of an action that ends early [s]."""
 SPARE_S = 0.05

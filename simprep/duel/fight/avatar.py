@@ -11,8 +11,8 @@ examples are preferred that lead to the goal from where the avatar stands (`Stee
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.duel.fight.choice import Choice, Situation
 from simprep.duel.fight.drawing import DrawingChooser
 from simprep.duel.fight.masks import kind_of, narrowed, seen_successions
@@ -25,8 +25,6 @@ from simprep.errors import SettingError
 from simprep.motion.edit import yaw
 from simprep.motion.turns import turned
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 NEAR = 1e-6
 
 
@@ -201,7 +199,7 @@ class Avatar:
         return Choice(example, goal=leads + share * missing, goal_s=self.goal_delay)
 
 
-def displacements(model: FightModel, player: int, actions: NDArray[np.int64]) -> FloatArray:
+def displacements(model: FightModel, player: int, actions: IntArray) -> FloatArray:
     """Where actions (S,) lead: the root's way on the floor (S, 2) in the axes of the heading they begin with [m].
 
     Ways end after the delay of goals, or with the clip.

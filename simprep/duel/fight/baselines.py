@@ -6,8 +6,8 @@ They differ from the automatic mode in the choice of actions alone.
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.duel.fight.choice import Choice, Situation
 from simprep.duel.fight.drawing import ConditionalDensities, DrawSettings, begins_where, shares
 from simprep.duel.fight.masks import narrowed
@@ -16,8 +16,6 @@ from simprep.duel.model.label_model import row_of
 from simprep.duel.model.semi_tied import ClassGaussians, SemiTied
 from simprep.duel.model.transition_model import DuelModel, TransitionModel
 from simprep.motion.turns import turned
-
-FloatArray = NDArray[np.float64]
 
 
 def own_motion(parameters: FloatArray) -> FloatArray:

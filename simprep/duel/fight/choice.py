@@ -7,12 +7,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.duel.model.action_features import FloorFrame
 from simprep.duel.model.transition_model import TransitionModel
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

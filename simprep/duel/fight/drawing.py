@@ -14,8 +14,8 @@ whatever happens: fights stand still. Here
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.duel.fight.choice import Choice, Situation
 from simprep.duel.fight.masks import LabelMasks, narrowed, reaction_to
 from simprep.duel.labels.labels import ASPECTS, QUALIFIERS, decode
@@ -23,8 +23,6 @@ from simprep.duel.model.semi_tied import ClassGaussians
 from simprep.duel.model.transition_model import TransitionModel
 from simprep.errors import SettingError
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 _MOVE = ASPECTS.index("move")
 
 
@@ -100,7 +98,7 @@ def shares(logs: FloatArray) -> FloatArray:
     return np.asarray(weight / weight.sum())
 
 
-def begins_where(codes: NDArray[np.int64], own_label: int) -> BoolArray:
+def begins_where(codes: IntArray, own_label: int) -> BoolArray:
     """(K,) whether labels begin on the foot that an own label ended on."""
     moves = QUALIFIERS["move"]
     last = moves[int(decode([own_label])[0, _MOVE])][-1]
@@ -117,9 +115,7 @@ class ConditionalDensities:
         following: (S, F) f of each example; g are the other, first parameters of the Gaussians.
     """
 
-    def __init__(
-        self, gaussians: ClassGaussians, labels: NDArray[np.int64], candidate: NDArray[np.int64], following: FloatArray
-    ) -> None:
+    def __init__(self, gaussians: ClassGaussians, labels: IntArray, candidate: IntArray, following: FloatArray) -> None:
         first = gaussians.dimension - following.shape[1]
         g, f = slice(0, first), slice(first, gaussians.dimension)
         row = gaussians.row(labels)
@@ -138,7 +134,7 @@ class ConditionalDensities:
         white = np.einsum("kij,kj->ki", self._white, given - self._mean)
         return np.asarray(self._norm - 0.5 * np.einsum("ki,ki->k", white, white))
 
-    def given_examples(self, given: FloatArray, label: int, examples: NDArray[np.int64]) -> FloatArray:
+    def given_examples(self, given: FloatArray, label: int, examples: IntArray) -> FloatArray:
         """Log P(g | f, l) for some examples of candidate `label`, counted among all, up to a common constant."""
         white = self._left[label] @ given - self._expected[examples]
         return np.asarray(-0.5 * np.einsum("si,si->s", white, white))

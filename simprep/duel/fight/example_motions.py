@@ -7,9 +7,9 @@ recording may be appended (`with_recording`), such as held-out attacks.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.character import Character
 from simprep.duel.labels.labels import Label
 from simprep.duel.labels.segmentation import contact_force
@@ -23,9 +23,6 @@ from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import continuous_quat, rotation_matrix
 from simprep.preparation.planting import foot_heading
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 SMOOTHING_S = 0.02
 """Standard deviation of the Gaussian that removes noise from recorded poses [s]."""
 PLAY = np.radians(4.0)

@@ -6,15 +6,13 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import IntArray
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError
 
 NONE = -1
 """No frame, or no example."""
-
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

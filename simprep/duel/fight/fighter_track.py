@@ -4,14 +4,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.duel.fight.fight import FightAction
 from simprep.duel.model.action_features import ActionSummaries
 from simprep.motion.kinematics import Kinematics
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -8,14 +8,13 @@ from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simprep.arrays import BoolArray, IntArray
 from simprep.duel.labels.labels import ASPECTS, ATTACKING_QUALIFIERS, KICKS, PUNCHES, QUALIFIERS, SHAPE, decode
 from simprep.duel.model.structures import CoupledGraph
 from simprep.duel.model.transition_model import TransitionModel
 
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 _REACT = ASPECTS.index("react")
 _RULES = int(np.prod(SHAPE[_REACT:]))
 KICK, PUNCH, OTHERS = (QUALIFIERS["react"].index(name) for name in ("kick", "punch", "others"))

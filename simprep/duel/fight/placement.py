@@ -6,14 +6,13 @@ Source: the 2008 paper, section 5.1.2. On the floor only, as positions (x, y) an
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.duel.model.action_features import FloorFrame
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.rotations import wrap_angle
 from simprep.motion.turns import turned
 
-FloatArray = NDArray[np.float64]
 HALF_WAY = 0.5
 """How much of the way to the original placement an action drifts."""
 

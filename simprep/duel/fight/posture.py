@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.duel.fight.fight import Fight
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, PUNCHES, Label
@@ -25,8 +25,6 @@ FADE_S = 0.15
 _STEPS = 8
 _DAMPING = 1e-4  # [m^2]: keeps nearly straight arms from flailing
 _EXACT_M = 5e-4
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ The difference in pose, velocity and acceleration at the seam decays along a qui
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.errors import SettingError
 from simprep.motion.contacts import stances
@@ -22,9 +22,6 @@ from simprep.motion.rotations import rotation_matrix, wrap_angle
 from simprep.motion.turns import rotation_between
 from simprep.preparation.planting import Standing, foot_heading, plant_feet
 from simprep.preparation.settings import PreparationSettings
-
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)

@@ -12,8 +12,8 @@ A `Bout` is stepped instead, to act while a fight goes on.
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.duel.fight.choice import Choice, Chooser, Situation
 from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.fight import NONE, Fight, FightAction
@@ -30,8 +30,6 @@ from simprep.motion.motion import Motion
 from simprep.motion.rotations import multiply_quat
 from simprep.motion.turns import about_vertical, turned
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 CONTEXT = 2
 """Frames played beyond the end of an action: where the next begins, and one for its velocity."""
 

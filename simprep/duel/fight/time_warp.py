@@ -7,11 +7,9 @@ moment is stretched or shortened.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.errors import SettingError
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -10,14 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import IntArray
 from simprep.duel.labels.labels import ASPECTS, LEARNED_ASPECTS, QUALIFIERS, check_qualifier
 from simprep.duel.stream.stream import PLAYERS
 from simprep.errors import MotionFileError, SimprepError
 from simprep.files import atomic_path, find_file
 
-IntArray = NDArray[np.int64]
 PLACE_COLUMNS = ("segment", "clip", "player", "start", "end")
 
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.character import Character
 from simprep.duel.labels.labels import LEARNED_ASPECTS, OTHERS, QUALIFIERS, Label, encode
 from simprep.duel.labels.pose_features import SAMPLES, motion_features
@@ -18,9 +18,6 @@ from simprep.duel.labels.segmentation import Cuts, stream_kinematics
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
 from simprep.motion.kinematics import Kinematics
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,9 @@ from types import MappingProxyType
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simprep.arrays import IntArray
 from simprep.errors import SettingError, UnknownNameError
 
 _PUNCH = ("fwd", "bwd", "bwdfwd", "fwdbwd", "others")
@@ -47,8 +48,6 @@ OTHERS = "others"
 SHAPE: tuple[int, ...] = tuple(len(choices) for choices in QUALIFIERS.values())
 CODES: int = int(np.prod(SHAPE))
 """Number of conceivable labels; codes are 0 ... CODES - 1."""
-
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,8 +6,8 @@ positions in a frame on the floor below the root that turns with its heading, so
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.errors import SettingError
 from simprep.motion.edit import yaw
 from simprep.motion.kinematics import Kinematics
@@ -17,16 +17,14 @@ from simprep.motion.turns import turned
 SAMPLES = 10
 """Poses per action (the paper's N)."""
 
-FloatArray = NDArray[np.float64]
 
-
-def motion_features(kinematics: Kinematics, segments: NDArray[np.int64], samples: int = SAMPLES) -> FloatArray:
+def motion_features(kinematics: Kinematics, segments: IntArray, samples: int = SAMPLES) -> FloatArray:
     """Features (S, samples * (3 + 3 J)) of one player's actions, J body segments each; see `pose_features`."""
     return pose_features(kinematics.xpos, kinematics.xpos[:, 0], yaw(kinematics.xquat[:, 0]), segments, samples)
 
 
 def pose_features(
-    joints: FloatArray, root: FloatArray, heading: FloatArray, segments: NDArray[np.int64], samples: int = SAMPLES
+    joints: FloatArray, root: FloatArray, heading: FloatArray, segments: IntArray, samples: int = SAMPLES
 ) -> FloatArray:
     """Features (S, samples * (3 + 3 J)) of actions from joint positions.
 
@@ -66,5 +64,5 @@ def pose_features(
     return np.concatenate([motion, flat], axis=-1).reshape(len(segments), -1)
 
 
-def _blend(values: FloatArray, low: NDArray[np.int64], high: NDArray[np.int64], weight: FloatArray) -> FloatArray:
+def _blend(values: FloatArray, low: IntArray, high: IntArray, weight: FloatArray) -> FloatArray:
     return np.asarray((1 - weight) * values[low] + weight * values[high])

@@ -4,12 +4,11 @@ Source: the 2008 paper, section 3.2.2.
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, IntArray
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, KICKS, LEARNED_ASPECTS, PUNCHES, QUALIFIERS
 from simprep.errors import MotionError
 
-IntArray = NDArray[np.int64]
 LEFT, RIGHT, FLIGHT = 0, 1, 2
 SYMBOLS = ("L", "R", "F")
 
@@ -27,7 +26,7 @@ def react_rule(table: IntArray, qualifiers: IntArray) -> IntArray:
     Raises:
         MotionError: the other player has no action at that time.
     """
-    attacking: dict[str, NDArray[np.bool_]] = {}
+    attacking: dict[str, BoolArray] = {}
     for kind, aspects in (("kick", KICKS), ("punch", PUNCHES)):
         columns = [
             np.isin(
@@ -59,7 +58,7 @@ def react_rule(table: IntArray, qualifiers: IntArray) -> IntArray:
     return out
 
 
-def stance_symbols(contacts: NDArray[np.bool_], bounds: IntArray) -> IntArray:
+def stance_symbols(contacts: BoolArray, bounds: IntArray) -> IntArray:
     """Supporting foot (T,) from contacts (T, 2): `LEFT`, `RIGHT` or `FLIGHT`.
 
     Both feet count as the nearer single stance, or the earlier of two. A clip (row of `bounds`) without any: left.
@@ -78,7 +77,7 @@ def stance_symbols(contacts: NDArray[np.bool_], bounds: IntArray) -> IntArray:
     return symbols
 
 
-def move_rule(table: IntArray, contacts: tuple[NDArray[np.bool_], NDArray[np.bool_]], bounds: IntArray) -> IntArray:
+def move_rule(table: IntArray, contacts: tuple[BoolArray, BoolArray], bounds: IntArray) -> IntArray:
     """Index (S,) into `QUALIFIERS["move"]` of each action (S, 4) of `Cuts.table`: its first and last supporting foot.
 
     The last is taken in the frame in which the next action begins, so an action begins on the foot the one before ended

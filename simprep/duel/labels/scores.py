@@ -3,15 +3,12 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.character import Character
 from simprep.duel.labels.labelling import DEFAULT_SETTINGS, LabelSettings, train_labels
 from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
 from simprep.errors import SettingError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

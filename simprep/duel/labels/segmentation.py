@@ -10,17 +10,14 @@ from itertools import pairwise
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.signal import find_peaks
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MotionError, SettingError
 from simprep.humanoid import GRAVITY
 from simprep.motion.kinematics import Kinematics, forward_kinematics
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

@@ -8,15 +8,13 @@ who face each other both have heading 0, far from the jump at pi.
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.duel.model.structures import ActionList, Transitions
 from simprep.errors import MotionError, SettingError
 from simprep.motion.rotations import wrap_angle
 from simprep.motion.turns import turned
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 POSE_COMPONENTS = 3
 """Principal components of the local pose that are kept."""

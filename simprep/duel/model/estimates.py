@@ -11,15 +11,14 @@ from functools import lru_cache
 from typing import ClassVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.duel.labels.labels import SHAPE, decode
 from simprep.duel.model.label_model import LabelTriples, log_prob_from, row_of
 from simprep.duel.model.succession import may_follow
 from simprep.errors import SettingError, UnknownNameError
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 AGAINST_RULES = 0.01
 """What `Ruled` leaves to labels against the rules, which misplaced cuts or contacts make."""
 SLOPE_LEFT = 0.01

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.duel.model.action_features import ActionFeatures, PairTracks, action_features, fit_pose_basis
 from simprep.duel.model.estimates import LABEL_MODELS, fit_label_model
 from simprep.duel.model.label_model import LabelModel, total_variation
@@ -18,9 +18,6 @@ from simprep.duel.model.semi_tied import PRIOR_COUNT, CovarianceModel, DiagonalC
 from simprep.duel.model.structures import PLAYERS, CoupledGraph, Transitions
 from simprep.duel.model.transition_model import label_triples
 from simprep.errors import SettingError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 SCHEMA = "simprep.duel_evaluation/1"
 

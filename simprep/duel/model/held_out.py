@@ -7,8 +7,8 @@ all actions, so that the held-out ones can still be performed.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import IntArray
 from simprep.duel.model.action_features import action_features, fit_pose_basis
 from simprep.duel.model.estimates import fit_label_model
 from simprep.duel.model.fight_model import FightModel
@@ -17,7 +17,6 @@ from simprep.duel.model.tracks import pair_tracks
 from simprep.duel.model.transition_model import TrainingSettings, TransitionModel, label_triples
 from simprep.errors import MotionError
 
-IntArray = NDArray[np.int64]
 SHARE = 1 / 3
 """Default share of the stream that is held out."""
 

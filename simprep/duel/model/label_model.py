@@ -11,10 +11,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.errors import SettingError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 class LabelModel(Protocol):

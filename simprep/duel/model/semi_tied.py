@@ -14,13 +14,11 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.linalg.lapack import dposv
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.errors import MotionError, SettingError
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 _LANES = 64  # rows of whole vector registers: every sum has the same bits wherever it stands
 

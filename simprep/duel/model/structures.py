@@ -11,6 +11,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from simprep.arrays import BoolArray, IntArray
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, CODES, KICKS, PUNCHES, QUALIFIERS, check_qualifier, decode
 from simprep.errors import MotionError, UnknownNameError
 
@@ -22,8 +23,6 @@ REQUESTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {"punch": PUNCHES, "kick": KICKS, **{aspect.replace("_", " "): (aspect,) for aspect in (*PUNCHES, *KICKS)}}
 )
 """Kinds of attack that a user may ask for, and the aspects that answer (section 5.2)."""
-
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -236,7 +235,7 @@ def couple(actions: ActionList) -> CoupledGraph:
     )
 
 
-def _refuse(bad: NDArray[np.bool_], player: IntArray, start: IntArray, why: str) -> None:
+def _refuse(bad: BoolArray, player: IntArray, start: IntArray, why: str) -> None:
     if bad.any():
         first = int(np.argmax(bad))
         raise MotionError(f"segment of player {player[first]} that begins at frame {start[first]}: {why}")

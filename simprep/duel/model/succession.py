@@ -5,15 +5,16 @@ action ended. Both follow from the two labels given, whatever the fighters choos
 """
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simprep.arrays import BoolArray
 from simprep.duel.labels.labels import ASPECTS, ATTACKING_QUALIFIERS, KICKS, QUALIFIERS, decode
 
 ENDINGS = 3
 """`move` counts first foot times last foot: L, R, F."""
 
 
-def may_follow(own: ArrayLike, opponent: ArrayLike, candidates: ArrayLike) -> NDArray[np.bool_]:
+def may_follow(own: ArrayLike, opponent: ArrayLike, candidates: ArrayLike) -> BoolArray:
     """Whether candidates agree with what `react` and `move` mean after the codes (...) of both labels: (..., K)."""
     mine, theirs, following = decode(own), decode(opponent), decode(candidates)
     kick = np.zeros(theirs.shape[:-1], dtype=bool)

@@ -8,8 +8,8 @@ stands for its label (Eq. 12); among labels the next is drawn by Eq. 6.
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.duel.model.action_features import (
     POSE_COMPONENTS,
     ActionFeatures,
@@ -25,9 +25,6 @@ from simprep.duel.model.structures import PLAYERS, CoupledGraph, Transitions
 from simprep.duel.stream.stream import PLAYERS as NAMES
 from simprep.errors import MotionError, SettingError
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-
 
 @dataclass(frozen=True)
 class Candidates:
@@ -41,7 +38,7 @@ class Candidates:
     log_weight: FloatArray
     example: IntArray
 
-    def probabilities(self, allowed: NDArray[np.bool_] | None = None) -> FloatArray:
+    def probabilities(self, allowed: BoolArray | None = None) -> FloatArray:
         """Distribution (K,) over the allowed candidates.
 
         Raises:
@@ -134,7 +131,7 @@ class TransitionModel:
         own: FloatArray,
         opponent: FloatArray,
         goal: FloatArray | None = None,
-        allowed: NDArray[np.bool_] | None = None,
+        allowed: BoolArray | None = None,
         bonus: FloatArray | None = None,
     ) -> int:
         """Draw the next action: its index in B.

@@ -11,9 +11,9 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simprep.archive import open_arrays, texts
+from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.errors import MotionFileError, SettingError
 from simprep.motion.formats.foreign import npz_kind
@@ -23,7 +23,6 @@ from simprep.motion.joint_map import LIMB_PARTS, ROLES, guess_roles, shown_names
 from simprep.motion.motion import MAX_FPS, MIN_FPS
 from simprep.motion.targets import frame_from, unit
 
-FloatArray = NDArray[np.float64]
 TRUNK_NAMES = ("torso", "spine", "chest", "spinemid", "thorax", "spineshoulder")
 """Joints between hips and neck that are used, in lower case without separators."""
 

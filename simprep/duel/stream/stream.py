@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IndexArray
 from simprep.errors import MotionError
 from simprep.motion.edit import cut, yaw
 from simprep.motion.motion import Motion
@@ -21,8 +21,6 @@ SHORT_S = 20.0
 """A shorter stream holds too few actions for a model [s]."""
 FACING = np.radians(60.0)
 """A person faces the other where the heading is this near to the other's direction [rad]."""
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -81,7 +79,7 @@ class DuelStream:
         return self.players[0].fps
 
     @property
-    def bounds(self) -> NDArray[np.intp]:
+    def bounds(self) -> IndexArray:
         """(clips, 2) first frame of every clip and the frame after its last."""
         edges = np.array([0, *self.seams, len(self)], dtype=np.intp)
         return np.stack([edges[:-1], edges[1:]], axis=1)
@@ -91,7 +89,7 @@ class DuelStream:
         """Recorded time, without what passed between clips [s]."""
         return (len(self) - len(self.clips)) / self.fps
 
-    def clip_of(self, frames: NDArray[np.intp]) -> NDArray[np.intp]:
+    def clip_of(self, frames: IndexArray) -> IndexArray:
         """Number of the clip that holds each frame."""
         return np.asarray(np.searchsorted(np.array(self.seams, dtype=np.intp), frames, side="right"))
 
@@ -146,7 +144,7 @@ def facing_error(stream: DuelStream) -> FloatArray:
     return wrap_angle(angles)
 
 
-def swapped_frames(roots: FloatArray, fps: float, seams: Sequence[int] = ()) -> NDArray[np.intp]:
+def swapped_frames(roots: FloatArray, fps: float, seams: Sequence[int] = ()) -> IndexArray:
     """First frames (N,) in which two tracked people have exchanged names.
 
     Both roots (T, 2, 2 or 3) [m] jump faster than `SWAP_SPEED`, while exchanged they move less than half as far: within

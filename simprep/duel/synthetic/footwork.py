@@ -5,10 +5,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 from scipy.ndimage import gaussian_filter1d
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.duel.synthetic.kinds import SIDES, context_of
 from simprep.duel.synthetic.pieces import PITCH, PIVOT
 from simprep.duel.synthetic.planned import FPS, Fighter, Planned
@@ -17,7 +17,6 @@ from simprep.library.parts.feet import FootPath, Stance, ankle_height
 from simprep.library.parts.limbs import SIGNS
 from simprep.motion.contacts import stances
 
-FloatArray = NDArray[np.float64]
 CLEARANCE_M, KICK_CLEARANCE_M, TUCK_M = 0.045, 0.28, 0.03
 """Height of the ankle above its stance in the middle of a step, and of a kick's way up and down; how far legs fold in a
 flight [m]."""
@@ -95,9 +94,7 @@ def _flight_before(actions: list[Planned], action: Planned) -> float:
     return actions[number - 1].flight if number else 0.0
 
 
-def foot_path(
-    side: int, stays: list[Stay], channels: FloatArray, flights: FloatArray, cuts: NDArray[np.int64]
-) -> FootPath:
+def foot_path(side: int, stays: list[Stay], channels: FloatArray, flights: FloatArray, cuts: IntArray) -> FootPath:
     """Path of one foot.
 
     Args:
@@ -130,7 +127,7 @@ def foot_path(
 
 
 def pressure_point(
-    actions: Sequence[Planned], lead: str, position: FloatArray, rotation: FloatArray, contacts: NDArray[np.bool_]
+    actions: Sequence[Planned], lead: str, position: FloatArray, rotation: FloatArray, contacts: BoolArray
 ) -> FloatArray:
     """Planned pressure point (T, 2): under the foot that stands alone, else between both, forward in a punch [m].
 

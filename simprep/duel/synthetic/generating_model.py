@@ -10,15 +10,14 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.duel.labels.labels import ASPECTS, LEARNED_ASPECTS, decode
 from simprep.duel.model.label_model import Tabulated, log_prob_from
 from simprep.duel.synthetic.kinds import CONTEXTS, KIND_NAMES, KIND_OF, KINDS, SIDES, context_of, label_of
 from simprep.errors import SettingError
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 FOOT_LETTERS = ("L", "R", "F")
 _REACT = {"kick": "kick", "punch": "punch"}
 FREE = ("neutral", "bwd", "fwdbwd", "down", "jump_down")

@@ -8,12 +8,10 @@ This is the structure that the 2008 paper cuts at (section 3.1).
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.humanoid import GRAVITY
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 EARLIEST, LATEST = 0.28, 0.72
 """Where within an action its peak may be."""
 

@@ -4,10 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.character import Character
 from simprep.duel.stream.stream import DuelStream
 from simprep.duel.synthetic.generating_model import GeneratingModel, kind_table
@@ -20,7 +20,6 @@ from simprep.humanoid import humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import multiply_quat
 
-FloatArray = NDArray[np.float64]
 SOURCE = "synthetic: choreographed from simprep's built-in motions, not a recording"
 
 
@@ -53,7 +52,7 @@ def make_synthetic(
     generators, character = (first, second), humanoid()
     step = round(FPS / settings.fps)
     qpos: tuple[list[FloatArray], list[FloatArray]] = ([], [])
-    contacts: tuple[list[NDArray[np.bool_]], list[NDArray[np.bool_]]] = ([], [])
+    contacts: tuple[list[BoolArray], list[BoolArray]] = ([], [])
     rows: list[list[int]] = []
     variants: list[str] = []
     missed, seams, offset = [], [], 0
@@ -106,7 +105,7 @@ def _truth(
     settings: SyntheticSettings,
     seed: int,
     stream: DuelStream,
-    rows: NDArray[np.int64],
+    rows: IntArray,
     variants: list[str],
     generators: tuple[GeneratingModel, GeneratingModel],
 ) -> Truth:

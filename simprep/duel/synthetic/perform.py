@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import distance_transform_edt, gaussian_filter1d, maximum_filter1d
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.duel.synthetic import pieces
 from simprep.duel.synthetic.footwork import Stay, foot_path, pressure_point, stays_of
 from simprep.duel.synthetic.heave import Heave, heave
@@ -27,7 +27,6 @@ from simprep.motion.curves import key_curve, minimum_jerk
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import continuous_quat
 
-FloatArray = NDArray[np.float64]
 GUARD_M = 0.93
 """Height of the centre of mass in guard, at the cuts [m]."""
 DEEPEST_M = 0.09
@@ -68,9 +67,9 @@ class Performance:
     """
 
     qpos: FloatArray
-    contacts: NDArray[np.bool_]
+    contacts: BoolArray
     variants: tuple[str, ...]
-    peaks: NDArray[np.int64]
+    peaks: IntArray
     missed_m: FloatArray
 
 
@@ -128,7 +127,7 @@ def _yield(channels: FloatArray, missed: FloatArray, excess: FloatArray, plan: P
     return np.asarray(np.sum(held[..., None] * towards, axis=1))
 
 
-def _rise(swing: FloatArray, dip: FloatArray, contacts: NDArray[np.bool_]) -> FloatArray:
+def _rise(swing: FloatArray, dip: FloatArray, contacts: BoolArray) -> FloatArray:
     """How far (T, 2) the paths of swinging feet that pass through the floor rise [m]; kicks change in place.
 
     A kicking leg leaves its own angles sooner for its foot's path, which stays above the floor.
@@ -149,7 +148,7 @@ def _plan(
     heading: FloatArray,
     course: Heave,
     flights: FloatArray,
-    cuts: NDArray[np.int64],
+    cuts: IntArray,
     raised: FloatArray,
 ) -> tuple[Plan, FloatArray]:
     """The plan of a clip, and the path of the centre of mass (T, 3)."""
@@ -349,7 +348,7 @@ def _fade(channels: FloatArray, actions: list[Planned]) -> None:
         channels[at : at + length] -= left[:, None] * jump
 
 
-def _minima(actions: list[Planned], cuts: NDArray[np.int64]) -> FloatArray:
+def _minima(actions: list[Planned], cuts: IntArray) -> FloatArray:
     """(N + 1,) acceleration at the cuts [m/s^2]: long actions bob slowly, lest the knees bend too far."""
     length = np.diff(cuts) / FPS
     most = 2 * np.pi**2 * DEEPEST_M / length**2

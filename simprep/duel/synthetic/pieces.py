@@ -9,15 +9,14 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.registry import library_motion
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import rotation_matrix
 
-FloatArray = NDArray[np.float64]
 FIRST_HINGE, PITCH, PIVOT = 3, -4, -2
 """Channels of a posture [rad]: yaw, pitch, roll of the pelvis; hinges from the first; pitch and pivot of the feet."""
 AFTER_GUARD_S = 0.80

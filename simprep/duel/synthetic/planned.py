@@ -3,11 +3,10 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.duel.synthetic.kinds import label_of
 
-FloatArray = NDArray[np.float64]
 FPS = 60.0
 """Rate of frames here; all cuts are even, so that half of the frames are a stream at 30 per second."""
 OFFSETS = {"left": np.array([[0.20, 0.11], [-0.20, -0.13]]), "right": np.array([[-0.20, 0.13], [0.20, -0.11]])}

@@ -5,8 +5,8 @@ time after the opponent's attack began, so that the answer comes in time, but no
 """
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.duel.labels.labels import LEARNED_ASPECTS, Label
 from simprep.duel.synthetic.generating_model import GeneratingModel
 from simprep.duel.synthetic.kinds import KIND_OF, SIDES, attacks, context_of
@@ -15,7 +15,6 @@ from simprep.duel.synthetic.planned import FPS, OFFSETS, TOES_OUT, Fighter, Plan
 from simprep.duel.synthetic.presets import SyntheticSettings, duration_range
 from simprep.motion.curves import minimum_jerk
 
-FloatArray = NDArray[np.float64]
 GRID = 2
 SHORTEST_S, LONGEST_S = 0.34, 1.25
 """To which a waiting action may be shortened and stretched when the opponent attacks [s]."""

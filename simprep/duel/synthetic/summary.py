@@ -3,8 +3,8 @@
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.duel.stream.stream import facing_error, root_distance
 from simprep.duel.synthetic.kinds import KIND_NAMES, KIND_OF, context_of
 from simprep.duel.synthetic.make import SyntheticStream
@@ -69,7 +69,7 @@ def summarise_synthetic(made: SyntheticStream) -> dict[str, Any]:
     }
 
 
-def _percentiles(values: NDArray[np.float64]) -> dict[str, float]:
+def _percentiles(values: FloatArray) -> dict[str, float]:
     if not len(values):
         return {}
     return {str(share): float(value) for share, value in zip(PERCENTILES, np.percentile(values, PERCENTILES))}

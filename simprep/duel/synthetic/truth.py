@@ -6,16 +6,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simprep.archive import open_archive, write_archive
+from simprep.arrays import BoolArray, IntArray
 from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS, decode
 from simprep.duel.labels.segmentation import Cuts
 from simprep.duel.stream.stream import DuelStream
 from simprep.duel.synthetic.generating_model import GeneratingModel
 from simprep.errors import MotionFileError
 
-IntArray = NDArray[np.int64]
 SCHEMA = "simprep.duel-truth/1"
 SUFFIX = ".truth.npz"
 _COLUMNS = ("table", "codes", "answers", "peaks")
@@ -61,7 +60,7 @@ class Truth:
         first, second = (np.setdiff1d(self.table[self.table[:, 0] == player, 1], bounds[:, 0]) for player in range(2))
         return Cuts((first, second), bounds)
 
-    def fitting(self) -> NDArray[np.bool_]:
+    def fitting(self) -> BoolArray:
         """(S,) whether an action is a fitting reaction: it answers an attack by a defence or an attack of its own."""
         from simprep.duel.synthetic.kinds import KIND_OF, attacks
 

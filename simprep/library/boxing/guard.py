@@ -7,8 +7,8 @@ step-drag footwork the foot nearer to the direction steps first and the other fo
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry, mirrored
 from simprep.library.parts.feet import FootPath, Stance, ankle_height
@@ -144,11 +144,11 @@ def step_drag(footwork: Footwork) -> Motion:
 def _solve(
     name: str,
     stances: list[tuple[Stance, ...]],
-    phase: NDArray[np.float64],
-    pressure: NDArray[np.float64],
-    height: NDArray[np.float64],
-    lift: NDArray[np.float64],
-    shift: NDArray[np.float64],
+    phase: FloatArray,
+    pressure: FloatArray,
+    height: FloatArray,
+    lift: FloatArray,
+    shift: FloatArray,
     via: list[list[tuple[float, int, float]]] | None = None,
 ) -> Motion:
     """Whole-body motion in guard; `pressure` is the planned ZMP, `lift` the bounce from -1 to 1."""

@@ -9,8 +9,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IndexArray
 from simprep.character import SIDES
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import limb_lengths
@@ -290,7 +290,7 @@ def _aimed(pose: ArmPose | Aim, side: str, time: float, before: Motion | None) -
     return (float(fist[0]), float(outward * fist[1]), float(fist[2])), pose.elbow, pose.pronation_deg
 
 
-def _point(aim: Aim, side: str, time: float, before: Motion) -> NDArray[np.float64]:
+def _point(aim: Aim, side: str, time: float, before: Motion) -> FloatArray:
     """Where in the world the fist arrives."""
     _, shoulder = _thorax(before, side, np.array([round(time * before.fps)]))
     up, over = aim.height - shoulder[0, 2], aim.across - shoulder[0, 1]
@@ -298,7 +298,7 @@ def _point(aim: Aim, side: str, time: float, before: Motion) -> NDArray[np.float
     return np.array([shoulder[0, 0] + forward, aim.across, aim.height])
 
 
-def _thorax(motion: Motion, side: str, frames: NDArray[np.intp]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _thorax(motion: Motion, side: str, frames: IndexArray) -> tuple[FloatArray, FloatArray]:
     """Rotation of the thorax and position of a shoulder."""
     kinematics = forward_kinematics(motion.qpos[frames], motion.character)
     thorax = motion.character.segment("thorax")

@@ -8,8 +8,8 @@ fast. Key values are set by hand. The COM is over the standing foot first.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.library.entry import Entry, mirrored
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.movement import (
@@ -145,7 +145,7 @@ def front_kick(kick: FrontKick) -> Motion:
 def _swing_pitch(floor: Curve, thigh: Curve, knee: Curve, ankle: Curve, weight: Curve) -> Curve:
     """Foot pitch that follows the shank in free swing and the floor otherwise."""
 
-    def pitch(times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def pitch(times: FloatArray) -> FloatArray:
         share = weight(times)
         return np.asarray((1 - share) * floor(times) + share * (thigh(times) - knee(times) + ankle(times)))
 

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import SIGNS
 from simprep.library.parts.movement import (
@@ -276,7 +276,7 @@ def _leg(kick: Kick) -> JointLeg:
         )
     )  # fmt: skip
 
-    def angles(times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def angles(times: FloatArray) -> FloatArray:
         return np.concatenate([hip(times), foot(times)], axis=1)
 
     weight = curve((phases.lift + 0.05, 0), (phases.lift + 0.24, 1), (phases.fold + 0.05, 1), (phases.land - 0.15, 0))
@@ -341,7 +341,7 @@ def _pressure(kick: Kick, front: Stance, rear: Stance, pivot: Curve, heel: Curve
     ]  # fmt: skip
 
 
-def _sole_point(path: FootPath, times: NDArray[np.float64], forward: float, inward: float = 0.0) -> NDArray[np.float64]:
+def _sole_point(path: FootPath, times: FloatArray, forward: float, inward: float = 0.0) -> FloatArray:
     position, rotation, _ = path.at(times)
     return np.asarray((position + forward * rotation[:, :, 0] - SIGNS[path.side] * inward * rotation[:, :, 1])[:, :2])
 

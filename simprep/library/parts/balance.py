@@ -6,16 +6,16 @@ bounded COM path for a planned ZMP (Kagami et al. 2002, Autonomous Robots 12).
 """
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import FloatArray
 from simprep.character import Character
 from simprep.humanoid import GRAVITY, humanoid
 from simprep.motion.kinematics import Kinematics
 
 
-def second_difference(x: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
+def second_difference(x: FloatArray, fps: float) -> FloatArray:
     """Central second differences (T, ...) over axis 0, zero at both ends, where a motion is at rest; `fps` in 1/s."""
     out = np.zeros_like(x)
     out[1:-1] = (x[2:] - 2 * x[1:-1] + x[:-2]) * fps**2
@@ -24,7 +24,7 @@ def second_difference(x: NDArray[np.float64], fps: float) -> NDArray[np.float64]
 
 def ground_reaction(
     kinematics: Kinematics, fps: float, character: Character = humanoid()
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+) -> tuple[FloatArray, FloatArray]:
     """Force and zero-moment point that a kinematic motion needs from the floor (z = 0), second-order accurate.
 
     Args:
@@ -59,7 +59,7 @@ def ground_reaction(
     return np.pad(force, ((1, 1), (0, 0)), mode="edge"), np.pad(point, ((1, 1), (0, 0)), mode="edge")
 
 
-def cart_table_zmp(com: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
+def cart_table_zmp(com: FloatArray, fps: float) -> FloatArray:
     """Zero-moment point (T, 2) of the COM alone, angular momentum neglected [m].
 
     It is NaN where the vertical force is below 5 % of the weight.
@@ -75,13 +75,13 @@ def cart_table_zmp(com: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
 
 
 def com_from_zmp(
-    zmp: NDArray[np.float64],
-    height: NDArray[np.float64],
+    zmp: FloatArray,
+    height: FloatArray,
     fps: float,
-    shift: NDArray[np.float64] | None = None,
+    shift: FloatArray | None = None,
     settle: float = 0.5,
     turn: float = 0.0,
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Horizontal COM path (T, 2) whose cart-table ZMP is the planned one [m].
 
     Args:
@@ -112,9 +112,7 @@ def com_from_zmp(
     return np.asarray(path + answer @ weights)
 
 
-def later_period(
-    points: NDArray[np.float64], periods: int, shift: NDArray[np.float64], turn: float = 0.0
-) -> NDArray[np.float64]:
+def later_period(points: FloatArray, periods: int, shift: FloatArray, turn: float = 0.0) -> FloatArray:
     """Points of a cyclic motion some periods later: each period turns about the origin, then shifts.
 
     Args:
@@ -132,19 +130,17 @@ def later_period(
     return out
 
 
-def rotation_2d(angle: float) -> NDArray[np.float64]:
+def rotation_2d(angle: float) -> FloatArray:
     """Rotation (2, 2) on the floor by an angle to the left [rad]."""
     c, s = np.cos(angle), np.sin(angle)
     return np.array([[c, -s], [s, c]])
 
 
-def _periodic_second_difference(x: NDArray[np.float64], fps: float) -> NDArray[np.float64]:
+def _periodic_second_difference(x: FloatArray, fps: float) -> FloatArray:
     return np.asarray((np.roll(x, -1) - 2 * x + np.roll(x, 1)) * fps**2)
 
 
-def _solve(
-    zmp: NDArray[np.float64], height: NDArray[np.float64], lift: NDArray[np.float64], fps: float
-) -> NDArray[np.float64]:
+def _solve(zmp: FloatArray, height: FloatArray, lift: FloatArray, fps: float) -> FloatArray:
     """COM path of a planned ZMP with x = p at both ends (tridiagonal system)."""
     stiff = height * fps**2
     bands = np.zeros((3, len(zmp)))

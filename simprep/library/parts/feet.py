@@ -5,9 +5,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import make_interp_spline
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import SIDES, Character
 from simprep.humanoid import humanoid
 from simprep.library.parts.limbs import SIGNS
@@ -55,7 +55,7 @@ class FootPath:
     via: Sequence[tuple[float, int, float]] = ()
     character: Character = humanoid()
 
-    def at(self, times: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
         """Ankle position (T, 3) [m], foot rotation (T, 3, 3) and whether the foot bears load (T,) at times (T,) [s]."""
         times = np.asarray(times, dtype=np.float64)
         starts = np.array([stance.start for stance in self.stances])
@@ -78,10 +78,10 @@ class FootPath:
                 turn[mine] = begin + (end - begin) * minimum_jerk(share)
         return position, self._rotation(turn, self.pitch(times)), ~swing
 
-    def _rotation(self, toe_out: NDArray[np.float64], pitch: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _rotation(self, toe_out: FloatArray, pitch: FloatArray) -> FloatArray:
         return axis_rotation("z", SIGNS[self.side] * toe_out) @ axis_rotation("y", -pitch)
 
-    def _stance_position(self, stance: Stance, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _stance_position(self, stance: Stance, times: FloatArray) -> FloatArray:
         centres, _ = foot_spheres(self.side, self.character)
         heel, toe = centres[np.argmin(centres[:, 0])], centres[np.argmax(centres[:, 0])]
         pitch = self.pitch(times)
@@ -91,7 +91,7 @@ class FootPath:
         turned = self._rotation(stance.toe_out + self.pivot(times), pitch)
         return np.asarray(still - np.einsum("tij,tj->ti", turned, pivot))
 
-    def _swing_position(self, before: Stance, after: Stance, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _swing_position(self, before: Stance, after: Stance, times: FloatArray) -> FloatArray:
         out = np.empty((len(times), 3))
         h = _DIFFERENCE_S
         left = self._stance_position(before, before.end - h * np.array([0.0, 1.0, 2.0]))
@@ -109,7 +109,7 @@ class FootPath:
         return out
 
 
-def foot_spheres(side: str, character: Character = humanoid()) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def foot_spheres(side: str, character: Character = humanoid()) -> tuple[FloatArray, FloatArray]:
     """Centres (N, 3) in the foot frame and radii (N,) of the spheres of a foot, ordered as `Character.soles` [m].
 
     Args:
@@ -127,7 +127,7 @@ def ankle_height(character: Character = humanoid()) -> float:
     return float((radii - centres[:, 2]).max())
 
 
-def lowest_point(side: str, rotation: NDArray[np.float64], character: Character = humanoid()) -> NDArray[np.float64]:
+def lowest_point(side: str, rotation: FloatArray, character: Character = humanoid()) -> FloatArray:
     """Height (T,) of the lowest point of a foot relative to its ankle centre, negative [m].
 
     Args:

@@ -5,8 +5,8 @@ from functools import lru_cache
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IndexArray
 from simprep.character import SIDES, Character
 from simprep.humanoid import humanoid
 from simprep.motion.limb_ik import ball_joint_angles, two_bar_bend
@@ -31,8 +31,8 @@ class LimbLengths:
     shank: float
     upper_arm: float
     forearm: float
-    hip: NDArray[np.float64]
-    shoulder: NDArray[np.float64]
+    hip: FloatArray
+    shoulder: FloatArray
 
 
 @lru_cache(maxsize=16)
@@ -54,7 +54,7 @@ def limb_lengths(character: Character = humanoid()) -> LimbLengths:
     )
 
 
-def fist_middle(side: str, character: Character) -> NDArray[np.float64]:
+def fist_middle(side: str, character: Character) -> FloatArray:
     """Middle (3,) of the `left` or `right` fist, hand frame [m]: the site of that name, else the centre of mass.
 
     Raises:
@@ -65,7 +65,7 @@ def fist_middle(side: str, character: Character) -> NDArray[np.float64]:
     return np.array(character.model.site_pos[site] if site >= 0 else character.model.body_ipos[1 + hand])
 
 
-def leg_joints(character: Character = humanoid()) -> NDArray[np.intp]:
+def leg_joints(character: Character = humanoid()) -> IndexArray:
     """Joints (2, N) of the left and right leg as indices into `Character.joints`, from the hip down.
 
     The character needs the groups `left_leg` and `right_leg`. Our humanoid's N is 6: hip flexion, abduction, rotation,
@@ -74,9 +74,7 @@ def leg_joints(character: Character = humanoid()) -> NDArray[np.intp]:
     return np.array([character.joint_indices(character.groups[f"{side}_leg"]) for side in SIDES], dtype=np.intp)
 
 
-def arm_angles(
-    side: str, fist: NDArray[np.float64], pole: NDArray[np.float64], character: Character = humanoid()
-) -> NDArray[np.float64]:
+def arm_angles(side: str, fist: FloatArray, pole: FloatArray, character: Character = humanoid()) -> FloatArray:
     """Shoulder flexion, abduction, rotation and elbow flexion (T, 4) that put a fist at a point, wrist straight [rad].
 
     Args:

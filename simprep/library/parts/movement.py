@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.entry import FPS
 from simprep.library.parts.feet import FootPath, Stance
@@ -121,7 +121,7 @@ class SwingLeg:
     weight: Curve
     outward: float = 0.0
 
-    def offset(self, side: str, times: NDArray[np.float64]) -> NDArray[np.float64]:
+    def offset(self, side: str, times: FloatArray) -> FloatArray:
         """Ankle minus hip centre (T, 3), world axes [m]."""
         lengths = limb_lengths()
         thigh, shank = self.thigh(times), self.thigh(times) - self.knee(times)
@@ -193,20 +193,20 @@ def build_movement(movement: Movement) -> Motion:
     )
 
 
-def support_point(side: str, stance: Stance, forward: float = 0.05) -> NDArray[np.float64]:
+def support_point(side: str, stance: Stance, forward: float = 0.05) -> FloatArray:
     """A point (2,) on the long axis of the `left` or `right` flat sole, `forward` metres before the ankle [m]."""
     turn = axis_rotation("z", SIGNS[side] * stance.toe_out)
     return np.array([stance.x, stance.y]) + forward * turn[:2, 0]
 
 
-def between(points: tuple[NDArray[np.float64], NDArray[np.float64]], left_share: float) -> tuple[float, float]:
+def between(points: tuple[FloatArray, FloatArray], left_share: float) -> tuple[float, float]:
     """The point between the left and right support point (2,) [m]; a share of 1 is the left one."""
     x, y = left_share * points[0] + (1 - left_share) * points[1]
     return float(x), float(y)
 
 
 def shared_pressure(
-    points: tuple[NDArray[np.float64], NDArray[np.float64]], left_shares: Sequence[tuple[float, float]]
+    points: tuple[FloatArray, FloatArray], left_shares: Sequence[tuple[float, float]]
 ) -> list[tuple[float, float, float]]:
     """Pressure keys (time [s], x, y [m]) of two feet that stay where they are.
 
@@ -229,7 +229,7 @@ def curve(*keys: tuple[float, float]) -> Curve:
     return key_curve(list(times), values)
 
 
-def _set_arm(hinges: NDArray[np.float64], side: str, keys: Sequence[ArmKey], times: NDArray[np.float64]) -> None:
+def _set_arm(hinges: FloatArray, side: str, keys: Sequence[ArmKey], times: FloatArray) -> None:
     outward = np.array([1.0, SIGNS[side], 1.0])
     shoulder = limb_lengths().shoulder[SIDES.index(side)]
     at = [key.time for key in keys]
@@ -242,8 +242,6 @@ def _set_arm(hinges: NDArray[np.float64], side: str, keys: Sequence[ArmKey], tim
         on_line = np.array([key.straight for key in keys])[segment]
         angles = np.where(on_line[:, None], line, angles)
     names = ("shoulder_flexion", "shoulder_abduction", "shoulder_rotation", "elbow_flexion")
-    values: dict[str, NDArray[np.float64] | float] = {
-        f"{side}_{name}": angles[:, number] for number, name in enumerate(names)
-    }
+    values: dict[str, FloatArray | float] = {f"{side}_{name}": angles[:, number] for number, name in enumerate(names)}
     values[f"{side}_forearm_pronation"] = np.radians(key_curve(at, [key.pronation_deg for key in keys])(times))
     set_hinges(hinges, values)

@@ -3,8 +3,8 @@
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES, Character
 from simprep.humanoid import humanoid
 from simprep.motion.curves import key_curve
@@ -20,7 +20,7 @@ RELAXED: Pose = {
 """Arms hanging beside the body."""
 
 
-def hinge_angles(pose: Pose, character: Character = humanoid()) -> NDArray[np.float64]:
+def hinge_angles(pose: Pose, character: Character = humanoid()) -> FloatArray:
     """Hinge vector (joints,) of a named pose [rad]; hinges not named are zero.
 
     Raises:
@@ -34,9 +34,7 @@ def hinge_angles(pose: Pose, character: Character = humanoid()) -> NDArray[np.fl
     return out
 
 
-def key_poses(
-    keys: Sequence[tuple[float, Pose]], times: NDArray[np.float64], character: Character = humanoid()
-) -> NDArray[np.float64]:
+def key_poses(keys: Sequence[tuple[float, Pose]], times: FloatArray, character: Character = humanoid()) -> FloatArray:
     """Hinge angles (T, joints) through key poses [rad].
 
     Args:
@@ -50,9 +48,7 @@ def key_poses(
     return key_curve([time for time, _ in keys], np.array([hinge_angles(pose, character) for _, pose in keys]))(times)
 
 
-def set_hinges(
-    hinges: NDArray[np.float64], values: Mapping[str, NDArray[np.float64] | float], character: Character = humanoid()
-) -> None:
+def set_hinges(hinges: FloatArray, values: Mapping[str, FloatArray | float], character: Character = humanoid()) -> None:
     """Write columns of a hinge array (T, joints) in place; values are (T,) or one number per hinge name [rad].
 
     Raises:
@@ -62,8 +58,6 @@ def set_hinges(
         hinges[:, character.joint(name)] = value
 
 
-def trunk_rotation(
-    yaw: NDArray[np.float64], pitch: NDArray[np.float64], roll: NDArray[np.float64]
-) -> NDArray[np.float64]:
+def trunk_rotation(yaw: FloatArray, pitch: FloatArray, roll: FloatArray) -> FloatArray:
     """Pelvis rotations (T, 3, 3) from yaw to the left, pitch forward and roll left side up, each (T,) [rad]."""
     return axis_rotation("z", yaw) @ axis_rotation("y", pitch) @ axis_rotation("x", roll)

@@ -3,9 +3,9 @@
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.errors import MotionError
 from simprep.humanoid import humanoid
@@ -25,8 +25,8 @@ class HipRelative:
         weight: (T, 2) share of this against the world path, 0 to 1.
     """
 
-    offset: NDArray[np.float64]
-    weight: NDArray[np.float64]
+    offset: FloatArray
+    weight: FloatArray
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,8 @@ class JointSwing:
         weight: (T, 2) share of these angles against those that put the foot on its path, 0 to 1.
     """
 
-    angles: NDArray[np.float64]
-    weight: NDArray[np.float64]
+    angles: FloatArray
+    weight: FloatArray
 
 
 @dataclass(frozen=True)
@@ -64,14 +64,14 @@ class Plan:
     """
 
     fps: float
-    foot_position: NDArray[np.float64]
-    foot_rotation: NDArray[np.float64]
-    contacts: NDArray[np.bool_]
-    zmp: NDArray[np.float64]
-    com_height: NDArray[np.float64]
-    root_rotation: NDArray[np.float64]
-    hinges: NDArray[np.float64]
-    shift: NDArray[np.float64] | None = None
+    foot_position: FloatArray
+    foot_rotation: FloatArray
+    contacts: BoolArray
+    zmp: FloatArray
+    com_height: FloatArray
+    root_rotation: FloatArray
+    hinges: FloatArray
+    shift: FloatArray | None = None
     turn: float = 0.0
     hip_relative: HipRelative | None = None
     joint_swing: JointSwing | None = None
@@ -79,7 +79,7 @@ class Plan:
     character: Character = field(default_factory=lambda: humanoid())
 
 
-def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
+def solve_whole_body(plan: Plan) -> FloatArray:
     """Poses qpos (T, nq) that follow a plan: feet exactly, COM by moving the pelvis, ZMP by a dynamics filter.
 
     The cart-table model gives the COM path. What the limbs add to the ZMP is measured and subtracted from the plan, a
@@ -103,9 +103,7 @@ def solve_whole_body(plan: Plan) -> NDArray[np.float64]:
     return qpos
 
 
-def follow_com(
-    plan: Plan, qpos: NDArray[np.float64], com: NDArray[np.float64], tolerance: float = 1e-6, passes: int = 40
-) -> Kinematics:
+def follow_com(plan: Plan, qpos: FloatArray, com: FloatArray, tolerance: float = 1e-6, passes: int = 40) -> Kinematics:
     """Move the pelvis until the COM is on its path; the legs follow.
 
     Args:
@@ -127,7 +125,7 @@ def follow_com(
     return kinematics
 
 
-def _place_legs(plan: Plan, qpos: NDArray[np.float64]) -> None:
+def _place_legs(plan: Plan, qpos: FloatArray) -> None:
     for number, leg in enumerate(legs(plan.character)):
         columns = 7 + leg.hinges
         foot = plan.foot_position[:, number]
@@ -142,7 +140,7 @@ def _place_legs(plan: Plan, qpos: NDArray[np.float64]) -> None:
             qpos[:, columns] += weight * plan.joint_swing.angles[:, number]
 
 
-def _limb_zmp(plan: Plan, kinematics: Kinematics) -> NDArray[np.float64]:
+def _limb_zmp(plan: Plan, kinematics: Kinematics) -> FloatArray:
     """ZMP of the whole body minus that of its COM alone; zero in flight."""
     if plan.shift is not None:
         kinematics = _padded(kinematics, plan.shift, plan.turn)
@@ -154,10 +152,10 @@ def _limb_zmp(plan: Plan, kinematics: Kinematics) -> NDArray[np.float64]:
     return part
 
 
-def _padded(kinematics: Kinematics, shift: NDArray[np.float64], turn: float) -> Kinematics:
+def _padded(kinematics: Kinematics, shift: FloatArray, turn: float) -> Kinematics:
     """One period with its neighbouring frames."""
 
-    def pad(x: NDArray[np.float64]) -> NDArray[np.float64]:
+    def pad(x: FloatArray) -> FloatArray:
         return np.concatenate([later_period(x[-1:], -1, shift, turn), x, later_period(x[:1], 1, shift, turn)])
 
     quat = kinematics.xquat
@@ -169,7 +167,7 @@ def _padded(kinematics: Kinematics, shift: NDArray[np.float64], turn: float) -> 
     )
 
 
-def check_limits(qpos: NDArray[np.float64], character: Character = humanoid()) -> None:
+def check_limits(qpos: FloatArray, character: Character = humanoid()) -> None:
     """Clip the hinges of poses (T, nq) to their ranges, in place.
 
     Raises:

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.entry import FPS
 from simprep.library.parts.balance import later_period
@@ -119,13 +119,7 @@ def step_cycle(
     return Motion(qpos, FPS, plan.contacts, touch, name, source, loop=True, character=plan.character)
 
 
-def _plan(
-    times: NDArray[np.float64],
-    steps: Sequence[Step],
-    zmp: NDArray[np.float64],
-    share: NDArray[np.float64],
-    style: SteppingStyle,
-) -> Plan:
+def _plan(times: FloatArray, steps: Sequence[Step], zmp: FloatArray, share: FloatArray, style: SteppingStyle) -> Plan:
     poses = [_foot(side, steps, style).at(times) for side in SIDES]
     heading = _heading(steps)(times)
     ahead = key_curve([steps[0].lift - 0.25, steps[0].lift, steps[-1].lift - 0.1, steps[-1].land], [0.0, 1.0, 1.0, 0.0])
@@ -176,11 +170,11 @@ def _foot(side: str, steps: Sequence[Step], style: SteppingStyle) -> FootPath:
 
 def _pressure(
     steps: Sequence[Step], style: SteppingStyle, begin: float | None = None, end: float | None = None
-) -> tuple[list[float], NDArray[np.float64]]:
+) -> tuple[list[float], FloatArray]:
     """Pressure keys: times [s] and (K, 2) points [m]; between the feet at `begin` and `end`, where given."""
     stances = {side: _stances(side, steps) for side in SIDES}
 
-    def point(side: str, time: float, forward: float) -> NDArray[np.float64]:
+    def point(side: str, time: float, forward: float) -> FloatArray:
         current = [stance for stance in stances[side] if stance.start <= time + 1e-9][-1]
         return support_point(side, current, forward)
 
@@ -212,7 +206,7 @@ def _heading(steps: Sequence[Step]) -> Curve:
     return key_curve(list(times), angles)
 
 
-def _arm_swing(steps: Sequence[Step], times: NDArray[np.float64]) -> NDArray[np.float64]:
+def _arm_swing(steps: Sequence[Step], times: FloatArray) -> FloatArray:
     """1 while the left foot swings through, -1 while the right does, smooth in between."""
     keys = [(steps[0].lift - 0.2, 0.0)]
     keys += [((step.lift + 2 * step.land) / 3, SIGNS[step.side]) for step in steps]

@@ -9,9 +9,9 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry
 from simprep.library.parts.posture import RELAXED, hinge_angles
@@ -173,7 +173,7 @@ def _pressure(style: BoutStyle, falls: tuple[list[Footfall], list[Footfall]], be
         (end, final + CENTRE_M, 0.0),
     ]
     keep = np.array([(off + 0.01 < time) and (time < (last + 0.40) * period) for time in times])
-    table: NDArray[np.float64] = np.concatenate([start, np.column_stack([times, points])[keep], stop])
+    table: FloatArray = np.concatenate([start, np.column_stack([times, points])[keep], stop])
     return key_curve(list(table[:, 0]), table[:, 1:])
 
 

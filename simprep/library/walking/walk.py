@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry
 from simprep.library.parts.feet import FootPath, Stance, lowest_point
@@ -216,7 +216,7 @@ def foot_path(side: str, falls: Sequence[Footfall], style: WalkStyle, pitch: Cur
     return FootPath(side, tuple(placement(side, fall, style) for fall in falls), pitch=pitch, via=tuple(via))
 
 
-def pressure_keys(falls: Sequence[Sequence[Footfall]], style: WalkStyle) -> tuple[list[float], NDArray[np.float64]]:
+def pressure_keys(falls: Sequence[Sequence[Footfall]], style: WalkStyle) -> tuple[list[float], FloatArray]:
     """Keys of the centre of pressure, heel to toe of one foot, then the other: times [s] and (K, 2) points [m].
 
     Args:
@@ -236,14 +236,12 @@ def pressure_keys(falls: Sequence[Sequence[Footfall]], style: WalkStyle) -> tupl
     return list(table[:, 0]), table[:, 1:]
 
 
-def com_height(phase: NDArray[np.float64], style: WalkStyle) -> NDArray[np.float64]:
+def com_height(phase: FloatArray, style: WalkStyle) -> FloatArray:
     """COM height (T,) [m]; `phase` (T,) counts strides since a left heel strike."""
     return np.asarray(style.com_height - style.com_bounce * np.cos(4 * np.pi * (phase - _LOWEST)))
 
 
-def trunk_and_arms(
-    phase: NDArray[np.float64], heading: NDArray[np.float64], style: WalkStyle
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def trunk_and_arms(phase: FloatArray, heading: FloatArray, style: WalkStyle) -> tuple[FloatArray, FloatArray]:
     """Pelvis rotation (T, 3, 3) and hinges (T, joints) of trunk and arms over the stride.
 
     Args:
@@ -260,7 +258,7 @@ def trunk_and_arms(
     chest_yaw = np.radians(2.4) * np.cos(2 * np.pi * (phase - 0.07))  # in the world: against the pelvis
     chest_roll = 0.15 * roll
     twist, bend = chest_yaw - yaw, roll - chest_roll  # bending is positive to the left, roll with the left side up
-    values: dict[str, NDArray[np.float64] | float] = {
+    values: dict[str, FloatArray | float] = {
         "lumbar_flexion": 0.25 * lean, "thorax_flexion": 0.25 * lean,
         "lumbar_rotation": 0.5 * twist, "thorax_rotation": 0.5 * twist,
         "lumbar_bending": 0.55 * bend, "thorax_bending": 0.45 * bend,

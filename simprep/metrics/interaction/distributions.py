@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.distance import jensenshannon
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.duel.labels.labels import ASPECTS, CODES, decode, encode
 from simprep.duel.model.structures import couple, link_actions
 from simprep.duel.stream.stream import DuelStream, facing_error, root_distance
@@ -19,9 +19,6 @@ FACING_EDGES_DEG = np.arange(-180.0, 180.0 + 1e-9, 10.0)
 KINDS = ("bigram", "cross_bigram", "kind_bigram", "kind_cross_bigram", "distance", "facing")
 """What is compared, in the order of reports."""
 MOST_CHUNKS = 20
-
-IntArray = NDArray[np.int64]
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

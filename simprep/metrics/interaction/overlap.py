@@ -5,8 +5,8 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.character import SIDES, Character
 from simprep.duel.fight.hits import ARMS, striking_aspect
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS
@@ -22,9 +22,6 @@ GROUPS = ("trunk", "left arm", "right arm", "left leg", "right leg")
 """Parts of a body that count as one when contacts are counted."""
 GAP_S = 0.1
 """Contacts of the same parts less than this apart are one [s]."""
-
-IntArray = NDArray[np.int64]
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -163,7 +160,7 @@ def _groups(character: Character) -> IntArray:
     return np.array([group.get(part, 0) for part in character.parts], dtype=np.int64)
 
 
-def _contacts(touching: NDArray[np.bool_], meant: NDArray[np.bool_], gap: int) -> int:
+def _contacts(touching: BoolArray, meant: BoolArray, gap: int) -> int:
     """Number of contacts without a frame in which an attack meant them."""
     runs: list[tuple[int, int]] = []
     for first, after in stances(touching):

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, LEARNED_ASPECTS, OTHERS, QUALIFIERS, decode
 from simprep.errors import MotionError
 from simprep.metrics.balance import mean
@@ -16,9 +17,6 @@ SHIFTS = 40
 """Number of shifts in time that estimate the level of chance."""
 LEAST_SHIFT_S = 2.0
 """A smaller shift might leave answers where they were [s]."""
-
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -157,9 +155,7 @@ def _answers(start: IntArray, last: IntArray) -> Callable[[IntArray], tuple[Bool
     return found
 
 
-def _chance(
-    start: IntArray, last: IntArray, begun: IntArray, first: int, after: int, fps: float
-) -> NDArray[np.float64]:
+def _chance(start: IntArray, last: IntArray, begun: IntArray, first: int, after: int, fps: float) -> FloatArray:
     """Share of the shifts at which each attack is answered; empty where the clip is too short to shift."""
     length, least = after - first, round(LEAST_SHIFT_S * fps)
     if length < 3 * least:

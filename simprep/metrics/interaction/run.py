@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import IntArray
 from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.hits import GRACE_S, judge
 from simprep.duel.stream.stream import PLAYERS, DuelStream
@@ -31,8 +31,6 @@ from simprep.physics.run import Run
 
 SHORTEST_S = 0.5
 """A run that ended sooner has no metrics but its end [s]."""
-
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

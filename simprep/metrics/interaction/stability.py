@@ -6,11 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.character import Character
 from simprep.metrics.smoothing import DYNAMICS_SIGMA_S, EDGE_S, gaussian_derivatives
 from simprep.motion.rotations import continuous_quat, multiply_quat, rotation_matrix
 
-FloatArray = NDArray[np.float64]
 MEASURED = ("pelvis", "thorax")
 
 

@@ -3,16 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.duel.stream.stream import DuelStream
 from simprep.metrics.smoothing import DYNAMICS_SIGMA_S, smooth_motion
 from simprep.motion.edit import cut
 
 WINDOW_S = 0.1
 """Looked at before and after the first frame of an action [s]."""
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -34,7 +32,7 @@ class Stitches:
 
 
 def stitches(
-    stream: DuelStream, table: NDArray[np.int64], rows: NDArray[np.bool_] | None = None, sigma: float = DYNAMICS_SIGMA_S
+    stream: DuelStream, table: IntArray, rows: BoolArray | None = None, sigma: float = DYNAMICS_SIGMA_S
 ) -> Stitches:
     """Peaks around the beginnings of actions of both players; none less than the window from the end of a clip.
 

@@ -6,8 +6,8 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IntArray
 from simprep.duel.labels.segmentation import stream_kinematics
 from simprep.duel.stream.stream import DuelStream, facing_error, root_distance
 from simprep.errors import SettingError
@@ -25,9 +25,6 @@ from simprep.physics.run import FELL
 
 SKATE_MM = 10.0
 """A stance that slips farther skates [mm]."""
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
 
 
 @dataclass(frozen=True)

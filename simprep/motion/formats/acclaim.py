@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IndexArray
 from simprep.errors import MotionFileError
 from simprep.motion.formats.numbers import LARGEST, Decimals, decimal_notes
 from simprep.motion.formats.skeleton import SourceClip, check_size, forward
@@ -32,9 +32,9 @@ _SECTIONS = ("version", "name", "units", "documentation", "root", "bonedata", "h
 class _Bone:
     name: str
     line: int
-    direction: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    direction: FloatArray = field(default_factory=lambda: np.zeros(3))
     length: float = 0.0
-    axis: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    axis: FloatArray = field(default_factory=lambda: np.eye(3))
     dofs: tuple[str, ...] = ()
 
 
@@ -47,7 +47,7 @@ class _Skeleton:
     unit_m: float | None = None
     degrees: bool = True
     order: tuple[str, ...] = ()
-    root_axis: NDArray[np.float64] = field(default_factory=lambda: np.eye(3))
+    root_axis: FloatArray = field(default_factory=lambda: np.eye(3))
     sections: set[str] = field(default_factory=set)
 
 
@@ -181,7 +181,7 @@ def _unit(path: Path, skeleton: _Skeleton, tokens: list[str], line: int) -> None
         skeleton.degrees = tokens[1].lower() == "deg"
 
 
-def _euler(path: Path, skeleton: _Skeleton, values: list[str], order: str, what: str, line: int) -> NDArray[np.float64]:
+def _euler(path: Path, skeleton: _Skeleton, values: list[str], order: str, what: str, line: int) -> FloatArray:
     """Rotation of Euler angles about fixed axes, the first of `order` first."""
     if sorted(order.lower()) != ["x", "y", "z"]:
         raise MotionFileError(path, f"axis order {order[:20]!r} of {what}; valid: an order of XYZ", line)
@@ -251,7 +251,7 @@ def _bone_line(path: Path, skeleton: _Skeleton, bone: _Bone | None, tokens: list
     return bone
 
 
-def _tree(path: Path, skeleton: _Skeleton) -> tuple[tuple[str, ...], NDArray[np.intp]]:
+def _tree(path: Path, skeleton: _Skeleton) -> tuple[tuple[str, ...], IndexArray]:
     """Bones, parents before children; the end of every last bone follows as `<bone>_end`."""
     children: dict[str, list[str]] = {}
     parent_of: dict[str, str] = {}
@@ -284,7 +284,7 @@ def _tree(path: Path, skeleton: _Skeleton) -> tuple[tuple[str, ...], NDArray[np.
     return tuple(names_out), np.array(parents, dtype=np.intp)
 
 
-def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, NDArray[np.float64]], bool, list[str]]:
+def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, FloatArray], bool, list[str]]:
     """Values of every bone (T, dofs), whether they are degrees, and notes for the report."""
     decimals, comments = Decimals(path), Comments()
     widths = {name: len(bone.dofs) for name, bone in skeleton.bones.items()}

@@ -8,8 +8,8 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.errors import MotionFileError
 from simprep.motion.formats.numbers import Decimals, decimal_notes, number, numbers
 from simprep.motion.formats.skeleton import SourceClip, check_size, forward, tidy_fps
@@ -219,7 +219,7 @@ def _motion_header(
     raise MotionFileError(path, "no 'Frames:' and 'Frame Time:' after MOTION (truncated?)", line or None)
 
 
-def _clip(path: Path, joints: list[_Joint], values: NDArray[np.float64], fps: float, noted: list[str]) -> SourceClip:
+def _clip(path: Path, joints: list[_Joint], values: FloatArray, fps: float, noted: list[str]) -> SourceClip:
     parents = np.array([joint.parent for joint in joints], dtype=np.intp)
     offsets = np.array([joint.offset for joint in joints], dtype=np.float64)
     n = len(values)

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation, Slerp
 
+from simprep.arrays import FloatArray
 from simprep.errors import MotionFileError
 from simprep.motion.formats.numbers import LARGEST
 from simprep.motion.formats.skeleton import SourceClip, forward, tidy_fps
@@ -100,7 +100,7 @@ def read_deepmimic(path: Path) -> SourceClip:
     )
 
 
-def _parse(path: Path) -> tuple[NDArray[np.float64], bool, list[str]]:
+def _parse(path: Path) -> tuple[FloatArray, bool, list[str]]:
     with open_text(path, "DeepMimic JSON") as stream:
         if path.stat().st_size > MAX_JSON_BYTES:
             raise MotionFileError(path, f"larger than {MAX_JSON_BYTES // 10**6} MB, which no clip of this format is")
@@ -157,7 +157,7 @@ def _parse(path: Path) -> tuple[NDArray[np.float64], bool, list[str]]:
     return frames, loop in ("wrap", True), notes
 
 
-def _check_durations(path: Path, step_s: NDArray[np.float64], dt: float) -> None:
+def _check_durations(path: Path, step_s: FloatArray, dt: float) -> None:
     """Refuse durations that would make many more frames than the file has."""
     spread = np.maximum(step_s / dt, dt / step_s)
     if spread.max() > DURATION_SPREAD:
@@ -183,7 +183,7 @@ def _columns() -> list[tuple[str, int, int]]:
     return out
 
 
-def _local_rotations(frames: NDArray[np.float64]) -> NDArray[np.float64]:
+def _local_rotations(frames: FloatArray) -> FloatArray:
     local = np.tile(np.eye(3), (len(frames), len(_JOINTS), 1, 1))
     for joint, (_, column, width) in enumerate(_columns()):
         if width == 4:
@@ -193,7 +193,7 @@ def _local_rotations(frames: NDArray[np.float64]) -> NDArray[np.float64]:
     return local
 
 
-def _uniform(frames: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
+def _uniform(frames: FloatArray, dt: float) -> FloatArray:
     """Frames at a constant step: linear in positions and angles, spherical in rotations."""
     times = np.concatenate([[0.0], np.cumsum(frames[:-1, 0])])
     wanted = np.arange(int(np.floor(times[-1] / dt + 1e-6)) + 1) * dt
@@ -207,7 +207,7 @@ def _uniform(frames: NDArray[np.float64], dt: float) -> NDArray[np.float64]:
     return out
 
 
-def _close_loop(frames: NDArray[np.float64], dt: float) -> tuple[NDArray[np.float64], float]:
+def _close_loop(frames: FloatArray, dt: float) -> tuple[FloatArray, float]:
     """Ease both ends so that the last frame is the first one, displaced on the floor; also the largest joint gap [rad].
 
     Each end takes half of the gap, fading inwards. The clips copy the last root height from the first frame; it is

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.errors import MotionFileError
 from simprep.motion.formats.text import Comments
 
@@ -100,7 +100,7 @@ def decimal_notes(count: int) -> list[str]:
 
 def numbers(
     path: Path, block: str, first_line: int, columns: int, rows: int, comments: Comments
-) -> tuple[NDArray[np.float64], int, list[str]]:
+) -> tuple[FloatArray, int, list[str]]:
     """Numbers of a block (rows, columns), how many had a decimal comma, and notes for the report.
 
     Args:
@@ -139,7 +139,7 @@ def numbers(
     return values.reshape(-1, columns), commas, notes
 
 
-def _parse(block: str) -> NDArray[np.float64] | None:
+def _parse(block: str) -> FloatArray | None:
     """All numbers of a block; None if anything else is in it."""
     with warnings.catch_warnings():
         warnings.simplefilter("error")

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IndexArray
 from simprep.errors import MotionFileError
 
 MAX_VALUES = 40_000_000
@@ -37,15 +37,15 @@ class SourceClip:
     path: Path
     format: str
     names: tuple[str, ...]
-    parents: NDArray[np.intp]
-    positions: NDArray[np.float64]
-    rotations: NDArray[np.float64]
-    rest_positions: NDArray[np.float64]
-    rest_rotations: NDArray[np.float64]
+    parents: IndexArray
+    positions: FloatArray
+    rotations: FloatArray
+    rest_positions: FloatArray
+    rest_rotations: FloatArray
     fps: float
     unit_m: float | None = None
     up: str | None = None
-    step: NDArray[np.float64] | None = None
+    step: FloatArray | None = None
     notes: tuple[str, ...] = ()
 
 
@@ -78,9 +78,7 @@ def tidy_fps(fps: float) -> float:
     return whole if whole > 0 and abs(fps - whole) < 1e-3 * whole else fps
 
 
-def forward(
-    parents: NDArray[np.intp], offsets: NDArray[np.float64], rotations: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def forward(parents: IndexArray, offsets: FloatArray, rotations: FloatArray) -> tuple[FloatArray, FloatArray]:
     """World positions (T, J, 3) and orientations (T, J, 3, 3) of a joint tree.
 
     Args:

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.duel.labels.segmentation import Cuts
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import SettingError
@@ -14,7 +14,7 @@ from simprep.report.figures import COLOURS, new_figure, save_figure
 
 def plot_cuts(
     stream: DuelStream,
-    force: tuple[NDArray[np.float64], NDArray[np.float64]],
+    force: tuple[FloatArray, FloatArray],
     cuts: Cuts,
     path: str | Path,
     first: int = 0,

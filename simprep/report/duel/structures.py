@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IndexArray, IntArray
 from simprep.duel.labels.labels import Label
 from simprep.duel.model.structures import CoupledGraph
 from simprep.duel.stream.stream import PLAYERS
@@ -15,8 +15,6 @@ from simprep.report.figures import COLOURS, new_figure, save_figure
 COLUMN, TEXT = 1.0, 2.15
 """Distance of nodes and of their labels from the middle."""
 CROSS_COLOURS = (COLOURS[5], COLOURS[1])
-
-FloatArray = NDArray[np.float64]
 
 
 def plot_structures(graph: CoupledGraph, path: str | Path, nodes: int = 24, edges: int = 60, crosses: int = 24) -> Path:
@@ -65,9 +63,7 @@ def _order(code: int) -> tuple[int, str]:
     return list(COLOUR_OF).index(kind_of(label)), full_text(label)
 
 
-def _draw_edges(
-    axes: Any, counts: NDArray[np.int64], source: FloatArray, target: FloatArray, most: int, colour: str
-) -> None:
+def _draw_edges(axes: Any, counts: IntArray, source: FloatArray, target: FloatArray, most: int, colour: str) -> None:
     """The most frequent edges: arcs within a column, straight between columns."""
     order = np.argsort(-counts, axis=None, kind="stable")[:most]
     strongest = max(1, int(counts.max(initial=0)))
@@ -92,7 +88,7 @@ def _draw_edges(
         )  # fmt: skip
 
 
-def _draw_nodes(axes: Any, graph: CoupledGraph, player: int, shown: NDArray[np.intp], places: FloatArray) -> None:
+def _draw_nodes(axes: Any, graph: CoupledGraph, player: int, shown: IndexArray, places: FloatArray) -> None:
     one = graph.graphs[player]
     sizes = np.array([len(one.members(int(node))) for node in shown])
     side = 2 * player - 1

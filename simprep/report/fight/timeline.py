@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.duel.fight.fight import NONE, Fight
 from simprep.duel.fight.hits import JudgedContact
 from simprep.duel.labels.labels import Label
@@ -103,7 +103,7 @@ def _draw_actions(axes: Any, fight: Fight, span: tuple[float, float]) -> None:
     axes.set_ylim(-0.5, 1.6)
 
 
-def _draw_distance(axes: Any, distance: NDArray[np.float64], fps: float, span: tuple[float, float]) -> None:
+def _draw_distance(axes: Any, distance: FloatArray, fps: float, span: tuple[float, float]) -> None:
     time = np.arange(len(distance)) / fps
     inside = (time >= span[0] - 1 / fps) & (time <= span[1] + 1 / fps)
     axes.plot(time[inside], distance[inside], color=COLOURS[0], lw=1.2)
