@@ -140,6 +140,7 @@ class Approach(BaseCommand):
     def _draw(self, result: "Result", task: "Task", run: Any, output: Output) -> list[Path]:
         from simprep.report.approach_figure import plot_approach
         from simprep.report.film_strip import Row, StripSettings, save_film_strip
+        from simprep.report.gl import pictures_or_warning
 
         files = []
         motion = result.motion
@@ -148,7 +149,7 @@ class Approach(BaseCommand):
             note = "" if run.end == "done" else f"{run.end} at {run.end_s:.2f} s"
             rows.append(Row("simulated, mpc", run.simulated_motion(), note))
         marks = {} if not result.launches else {"launch": result.launches[0] / motion.fps}
-        with output.pictures("pictures are missing"):
+        with pictures_or_warning("pictures are missing", output.warn):
             title = f"approach, {self.target}"
             files.append(plot_approach(result, [task], self.out / "plan.png", title))
             files.append(save_film_strip(rows, self.out / "strip.png", StripSettings(columns=10, marks=marks)))

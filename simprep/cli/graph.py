@@ -33,11 +33,12 @@ class Graph(BaseCommand):
         from simprep.controller.graph_store import save_graph
         from simprep.controller.runtime.world import library_graph
         from simprep.library.registry import library_entries
+        from simprep.report.gl import pictures_or_warning
         from simprep.report.graph_figure import plot_graph
 
         graph = library_graph(GraphSettings(threshold=self.threshold))
         files = [save_graph(graph, self.out / "graph.json")]
-        with output.pictures("no picture"):
+        with pictures_or_warning("no picture", output.warn):
             families = {entry.name: entry.family for entry in library_entries()}
             files.append(plot_graph(graph, self.out / "graph.png", families))
         kinds = dict(Counter(transition.kind for transition in graph.transitions))

@@ -76,17 +76,6 @@ class Output:
             yield
 
     @contextlib.contextmanager
-    def pictures(self, missing: str) -> Iterator[None]:
-        """Go on with a warning where pictures cannot be drawn; `missing` says what is then not there."""
-        from simprep.errors import MissingExtraError
-        from simprep.report.gl import NoGlError
-
-        try:
-            yield
-        except (NoGlError, MissingExtraError) as problem:
-            self.warn(f"{missing}: {problem}")
-
-    @contextlib.contextmanager
     def simulating(self, what: str, motion: "Motion") -> Iterator[Callable[[float], None]]:
         """Progress in seconds of a motion; gives a function to be told the share that is simulated."""
         with self.progress() as bar:

@@ -109,9 +109,10 @@ class Track(BaseCommand):
 
 def _strip(run: Any, folder: Path, output: Output) -> list[Path]:
     from simprep.report.film_strip import Row, save_film_strip
+    from simprep.report.gl import pictures_or_warning
 
     note = "" if run.end == "done" else f"{run.end} at {run.end_s:.2f} s"
     rows = [Row("reference", run.reference), Row(f"simulated, {run.controller}", run.simulated_motion(), note)]
-    with output.pictures("no film strip"):
+    with pictures_or_warning("no film strip", output.warn):
         return [save_film_strip(rows, folder / "strip.png")]
     return []

@@ -125,11 +125,12 @@ class Train(BaseCommand):
         return training, policy
 
     def _draw(self, training: "Training", best: float, output: Output) -> list[Path]:
+        from simprep.report.gl import pictures_or_warning
         from simprep.report.learning_curve import plot_learning_curve
 
         steps = [point.steps for point in training.curve]
         returns = [point.mean_return for point in training.curve]
-        with output.pictures("no learning curve"):
+        with pictures_or_warning("no learning curve", output.warn):
             return [plot_learning_curve(steps, returns, best, self.out / "learning_curve.png")]
         return []
 

@@ -15,7 +15,7 @@ from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.humanoid import humanoid
 from simprep.library.entry import FPS, Entry
-from simprep.library.parts.feet import FootPath, Stance
+from simprep.library.parts.feet import FootPath, Stance, both_feet
 from simprep.library.parts.limbs import SIGNS, arm_angles, limb_lengths
 from simprep.library.parts.movement import degrees_curve
 from simprep.library.parts.posture import RELAXED, Pose, key_poses
@@ -81,9 +81,7 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     own = np.minimum(times, end - times)  # the way up is the way down backwards
     later = times > end / 2
     feet = [_foot(side, style, end) for side in SIDES]
-    poses = [path.at(times) for path in feet]
-    ankle = np.stack([pose[0] for pose in poses], axis=1)
-    rotation = np.stack([pose[1] for pose in poses], axis=1)
+    ankle, rotation, contacts = both_feet(feet, times)
     character = humanoid()
     qpos = np.zeros((len(times), character.nq))
     qpos[:, 7:] = key_poses(_trunk(), own)
@@ -113,7 +111,7 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     return Motion(
         qpos=qpos,
         fps=FPS,
-        contacts=np.stack([pose[2] for pose in poses], axis=1),
+        contacts=contacts,
         events={name: round(time * FPS) for name, time in events.items()},
         name="crawl_hands_knees",
         source="simprep library: crawl_hands_knees",

@@ -4,7 +4,7 @@ import numpy as np
 
 from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry
-from simprep.library.parts.feet import FootPath, Stance
+from simprep.library.parts.feet import FootPath, Stance, both_feet
 from simprep.library.parts.limbs import SIGNS
 from simprep.library.parts.posture import RELAXED, hinge_angles, set_hinges, trunk_rotation
 from simprep.library.parts.whole_body import Plan, solve_whole_body
@@ -29,15 +29,11 @@ def stand() -> Motion:
     hinges = np.tile(hinge_angles(RELAXED), (frames, 1))
     breath = np.radians(0.6) * np.sin(angle)
     set_hinges(hinges, {"thorax_flexion": -breath, "neck_flexion": breath})
-    poses = [
-        FootPath(side, (Stance(0.0, PERIOD_S, 0.0, SIGNS[side] * FEET_APART_M / 2, TOE_OUT),)).at(times)
-        for side in SIDES
-    ]
+    stances = {side: Stance(0.0, PERIOD_S, 0.0, SIGNS[side] * FEET_APART_M / 2, TOE_OUT) for side in SIDES}
+    paths = [FootPath(side, (stance,)) for side, stance in stances.items()]
     plan = Plan(
-        fps=FPS,
-        foot_position=np.stack([pose[0] for pose in poses], axis=1),
-        foot_rotation=np.stack([pose[1] for pose in poses], axis=1),
-        contacts=np.stack([pose[2] for pose in poses], axis=1),
+        FPS,
+        *both_feet(paths, times),
         zmp=np.column_stack([CENTRE_M + 0.004 * np.sin(angle + 0.8), 0.003 * np.sin(2 * angle)]),
         com_height=np.full(frames, STAND_HEIGHT_M),
         root_rotation=trunk_rotation(np.zeros(frames), np.zeros(frames), np.zeros(frames)),

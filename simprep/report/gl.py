@@ -3,16 +3,18 @@
 `import mujoco` itself loads the library named by MUJOCO_GL; this module works whether that happened or not.
 """
 
+import contextlib
 import importlib
 import os
 import platform
 import subprocess
 import sys
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
 
-from simprep.errors import SimprepError
+from simprep.errors import MissingExtraError, SimprepError
 
 LINUX_BACKENDS = ("egl", "osmesa", "glfw")
 PROBE_TIMEOUT_S = 20.0
@@ -28,6 +30,15 @@ INSTALL_HINT = (
 
 class NoGlError(SimprepError):
     """Nothing can draw off screen here; the message names the package to install."""
+
+
+@contextlib.contextmanager
+def pictures_or_warning(missing: str, warn: Callable[[str], Any]) -> Iterator[None]:
+    """Go on with a warning where a library to draw with is not here; `missing` says what is then left out."""
+    try:
+        yield
+    except (NoGlError, MissingExtraError) as problem:
+        warn(f"{missing}: {problem}")
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
-from simprep.errors import MissingExtraError
 from simprep.motion.motion import Motion
 from simprep.report.film_strip import Row, StripSettings, save_film_strip
-from simprep.report.gl import NoGlError
+from simprep.report.gl import pictures_or_warning
 from simprep.study.compare import WITH, WITHOUT
 from simprep.study.plan import ARM_LABELS, Condition
 from simprep.study.validate import Study, launch_s
@@ -26,17 +25,13 @@ def draw_study(study: Study, folder: Path, warn: Callable[[str], None]) -> list[
         warn: receives one line per kind of picture that cannot be drawn.
     """
     files: list[Path] = []
-    try:
+    with pictures_or_warning("no plots", warn):
         files.append(draw_blending_curves(folder))
         for target, alpha in _drawn(study):
             files += _draw_plots(study, target, alpha, folder)
-    except MissingExtraError as problem:
-        warn(f"no plots: {problem}")
-    try:
+    with pictures_or_warning("no film strips", warn):
         for target, alpha in _drawn(study):
             files += _draw_strips(study, target, alpha, folder)
-    except (MissingExtraError, NoGlError) as problem:
-        warn(f"no film strips: {problem}")
     return files
 
 
@@ -62,7 +57,7 @@ def _draw_plots(study: Study, target: str, alpha: float, folder: Path) -> list[P
         lines = {
             ARM_LABELS[arm]: support_margin(simulated)
             for arm, condition in arms.items()
-            if (simulated := _simulated(study, condition, controller)) is not None
+            for simulated, _ in _simulated(study, condition, controller)
         }
         if lines:
             panels[f"simulated, {controller}"] = lines
@@ -90,9 +85,9 @@ def _draw_strips(study: Study, target: str, alpha: float, folder: Path) -> list[
     ]
     for controller in study.plan.controllers:
         rows = [
-            Row(f"{ARM_LABELS[arm]}, simulated with {controller}", simulated, _end_note(study, condition, controller))
+            Row(f"{ARM_LABELS[arm]}, simulated with {controller}", simulated, note)
             for arm, condition in arms.items()
-            if (simulated := _simulated(study, condition, controller)) is not None
+            for simulated, note in _simulated(study, condition, controller)
         ]
         if rows:
             files.append(save_film_strip(rows, folder / f"strip_{target}_{controller}.png", settings))
@@ -143,17 +138,11 @@ def _moments(motion: Motion) -> list[int]:
     return [int(frame) for frame in np.linspace(0, end, MOMENTS + 2)[1:-1]]
 
 
-def _simulated(study: Study, condition: Condition, controller: str) -> Motion | None:
+def _simulated(study: Study, condition: Condition, controller: str) -> list[tuple[Motion, str]]:
+    """The simulated motion of a condition, and how it ended; nothing where none is kept."""
     for result in study.results:
-        case = result.case
+        case, fell = result.case, result.metrics.get("fell_at_s")
         if case.condition == condition and case.controller == controller and result.simulated is not None:
-            return result.simulated
-    return None
-
-
-def _end_note(study: Study, condition: Condition, controller: str) -> str:
-    for result in study.results:
-        if result.case.condition == condition and result.case.controller == controller and result.simulated is not None:
-            fell = result.metrics.get("fell_at_s")
-            return f"fell at {fell:.2f} s" if fell is not None else str(result.metrics.get("end", "ended"))
-    return "ended"
+            end = f"fell at {fell:.2f} s" if fell is not None else str(result.metrics.get("end", "ended"))
+            return [(result.simulated, end)]
+    return []

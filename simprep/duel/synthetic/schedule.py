@@ -216,11 +216,10 @@ def _place(
     places = centre + turned(OFFSETS[own.lead], heading) + rng.normal(0, 0.015, (2, 2))
     toes = heading + np.array([1.0, -1.0]) * TOES_OUT[own.lead]
     for number, (foot, lift, land) in enumerate(_times(action, rng)):
-        if action.skips and number == 0:  # put down where it was; it moves with the kick
-            action.steps.append(Step(foot, lift, land, own.feet[foot].copy(), float(toes[foot])))
-            continue
         place = places[foot]
-        if not kind.startswith("jump") and "_jump_" not in kind:
+        if action.skips and number == 0:
+            place = own.feet[foot]  # put down where it was; it moves with the kick
+        elif not kind.startswith("jump") and "_jump_" not in kind:
             limits = STANCE_M if number or not both else STRIDE_M
             place = _reachable(place, own.feet[1 - foot], foot, own.lead, heading, limits)
         own.feet[foot] = place

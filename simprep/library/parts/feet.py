@@ -127,6 +127,12 @@ def ankle_height(character: Character = humanoid()) -> float:
     return float((radii - centres[:, 2]).max())
 
 
+def both_feet(paths: Sequence[FootPath], times: FloatArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """`FootPath.at` of the left and the right foot together: (T, 2, 3) [m], (T, 2, 3, 3) and (T, 2)."""
+    position, rotation, contacts = (np.stack(one, axis=1) for one in zip(*(path.at(times) for path in paths)))
+    return position, rotation, contacts
+
+
 def lowest_point(side: str, rotation: FloatArray, character: Character = humanoid()) -> FloatArray:
     """Height (T,) of the lowest point of a foot relative to its ankle centre, negative [m].
 

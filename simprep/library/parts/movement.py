@@ -8,7 +8,7 @@ import numpy as np
 from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.entry import FPS
-from simprep.library.parts.feet import FootPath, Stance
+from simprep.library.parts.feet import FootPath, Stance, both_feet
 from simprep.library.parts.limbs import SIGNS, arm_angles, limb_lengths
 from simprep.library.parts.posture import Pose, key_poses, set_hinges, trunk_rotation
 from simprep.library.parts.whole_body import HipRelative, JointSwing, Plan, solve_whole_body
@@ -150,7 +150,6 @@ def build_movement(movement: Movement) -> Motion:
         MotionError: a pose leaves the joint limits.
     """
     times = np.arange(round(movement.duration * FPS) + 1) / FPS
-    poses = [path.at(times) for path in movement.feet]
     hinges = key_poses(movement.trunk, times) + key_poses(movement.arm_poses, times)
     for side, keys in zip(SIDES, movement.arms):
         if keys:
@@ -171,10 +170,8 @@ def build_movement(movement: Movement) -> Motion:
         joints = JointSwing(angles, weight)
     table = np.array(movement.pressure)
     plan = Plan(
-        fps=FPS,
-        foot_position=np.stack([pose[0] for pose in poses], axis=1),
-        foot_rotation=np.stack([pose[1] for pose in poses], axis=1),
-        contacts=np.stack([pose[2] for pose in poses], axis=1),
+        FPS,
+        *both_feet(movement.feet, times),
         zmp=key_curve(list(table[:, 0]), table[:, 1:])(times),
         com_height=movement.com_height(times),
         root_rotation=trunk_rotation(movement.yaw(times), movement.pitch(times), movement.roll(times)),

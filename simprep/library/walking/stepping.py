@@ -14,7 +14,7 @@ from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.entry import FPS
 from simprep.library.parts.balance import later_period
-from simprep.library.parts.feet import FootPath, Stance, lowest_point
+from simprep.library.parts.feet import FootPath, Stance, both_feet, lowest_point
 from simprep.library.parts.limbs import SIGNS
 from simprep.library.parts.movement import between, support_point
 from simprep.library.parts.posture import RELAXED, hinge_angles, set_hinges, trunk_rotation
@@ -120,7 +120,6 @@ def step_cycle(
 
 
 def _plan(times: FloatArray, steps: Sequence[Step], zmp: FloatArray, share: FloatArray, style: SteppingStyle) -> Plan:
-    poses = [_foot(side, steps, style).at(times) for side in SIDES]
     heading = _heading(steps)(times)
     ahead = key_curve([steps[0].lift - 0.25, steps[0].lift, steps[-1].lift - 0.1, steps[-1].land], [0.0, 1.0, 1.0, 0.0])
     hinges = np.tile(hinge_angles(RELAXED), (len(times), 1))
@@ -132,10 +131,8 @@ def _plan(times: FloatArray, steps: Sequence[Step], zmp: FloatArray, share: Floa
         hanging = np.radians(RELAXED["arms_shoulder_flexion"])
         set_hinges(hinges, {f"{side}_shoulder_flexion": hanging - SIGNS[side] * swing})
     return Plan(
-        fps=FPS,
-        foot_position=np.stack([pose[0] for pose in poses], axis=1),
-        foot_rotation=np.stack([pose[1] for pose in poses], axis=1),
-        contacts=np.stack([pose[2] for pose in poses], axis=1),
+        FPS,
+        *both_feet([_foot(side, steps, style) for side in SIDES], times),
         zmp=zmp,
         com_height=STAND_HEIGHT_M + (style.com_height - STAND_HEIGHT_M) * share,
         root_rotation=trunk_rotation(heading, lean, np.zeros(len(times))),

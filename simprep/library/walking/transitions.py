@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry
+from simprep.library.parts.feet import both_feet
 from simprep.library.parts.posture import RELAXED, hinge_angles
 from simprep.library.parts.whole_body import Plan, solve_whole_body
 from simprep.library.stand import CENTRE_M, FEET_APART_M, STAND_HEIGHT_M
@@ -92,16 +93,13 @@ def _bout(style: BoutStyle) -> tuple[Motion, float, float]:
     times = np.arange(begin, end + 1e-9, 1 / FPS)
     falls = _footfalls(style, begin, end)
     paths = [foot_path(side, each, walk, _pitch(side, style)) for side, each in zip(SIDES, falls)]
-    poses = [path.at(times) for path in paths]
     phase = times / period
     share = key_curve([first_off - 0.55, 0.5 * period, last * period, closing + 0.55], [0.0, 1.0, 1.0, 0.0])(times)
     root, hinges = trunk_and_arms(phase, np.zeros(len(times)), walk)
     turned = Rotation.from_rotvec(Rotation.from_matrix(root).as_rotvec() * share[:, None])
     plan = Plan(
-        fps=FPS,
-        foot_position=np.stack([pose[0] for pose in poses], axis=1),
-        foot_rotation=np.stack([pose[1] for pose in poses], axis=1),
-        contacts=np.stack([pose[2] for pose in poses], axis=1),
+        FPS,
+        *both_feet(paths, times),
         zmp=_pressure(style, falls, begin, end)(times),
         com_height=(1 - share) * STAND_HEIGHT_M + share * com_height(phase, walk),
         root_rotation=turned.as_matrix(),

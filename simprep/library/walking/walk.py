@@ -12,7 +12,7 @@ import numpy as np
 from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry
-from simprep.library.parts.feet import FootPath, Stance, lowest_point
+from simprep.library.parts.feet import FootPath, Stance, both_feet, lowest_point
 from simprep.library.parts.limbs import SIGNS
 from simprep.library.parts.posture import hinge_angles, set_hinges, trunk_rotation
 from simprep.library.parts.whole_body import Plan, solve_whole_body
@@ -125,15 +125,12 @@ def walk(style: WalkStyle | None = None, name: str = "walk") -> Motion:
     phase = times / period
     strides = [regular_footfalls(side, style, range(-2, 3)) for side in SIDES]
     paths = [foot_path(side, falls, style) for side, falls in zip(SIDES, strides)]
-    poses = [path.at(times) for path in paths]
     heading = np.radians(style.turn_deg) * (phase - 0.25)
     root, hinges = trunk_and_arms(phase, heading, style)
     turn, last = np.radians(style.turn_deg), style.course.at(2 * style.step_length, 0.0)
     plan = Plan(
-        fps=FPS,
-        foot_position=np.stack([pose[0] for pose in poses], axis=1),
-        foot_rotation=np.stack([pose[1] for pose in poses], axis=1),
-        contacts=np.stack([pose[2] for pose in poses], axis=1),
+        FPS,
+        *both_feet(paths, times),
         zmp=key_curve(*pressure_keys(strides, style))(times),
         com_height=com_height(phase, style),
         root_rotation=root,

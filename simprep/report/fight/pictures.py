@@ -6,13 +6,12 @@ from pathlib import Path
 
 from simprep.duel.fight.fight import Fight
 from simprep.duel.stream.stream import DuelStream
-from simprep.errors import MissingExtraError
 from simprep.metrics.interaction.evaluate import FightResults
 from simprep.metrics.interaction.run import fight_so_far
 from simprep.report.duel.film_strip import save_pair_strip
 from simprep.report.fight.moments import strip_captions, strip_frames
 from simprep.report.fight.timeline import fight_timeline
-from simprep.report.gl import NoGlError
+from simprep.report.gl import pictures_or_warning
 
 TIMELINE_S = 300.0
 """Longer fights get no time line [s]."""
@@ -29,25 +28,20 @@ def draw_fight(
         pictures: in the strip.
         warn: called with a sentence where something cannot be drawn here.
     """
-
     folder, files = Path(folder), []
     stream = results.simulated_stream or results.fight.stream
     shown = results.fight if len(stream) == len(results.fight.stream) else _so_far(results.fight, stream)
     say = warn or (lambda text: None)
-    try:
+    with pictures_or_warning("no film strip", say):
         frames = strip_frames(replace(shown, stream=stream), pictures)
         files.append(save_pair_strip(stream, frames, folder / "strip.png", strip_captions(shown, frames)))
-    except (NoGlError, MissingExtraError) as problem:
-        say(f"no film strip: {problem}")
     if results.fight.stream.duration > TIMELINE_S:
         say(f"no time line: the fight is longer than {TIMELINE_S:g} s")
         return files
     run = results.run
     falls = [] if run is None or run.fallen is None else [(run.end_s, run.fallen)]
-    try:
+    with pictures_or_warning("no time line", say):
         files.append(fight_timeline(results.fight, folder / "timeline.png", results.contacts, falls))
-    except MissingExtraError as problem:
-        say(f"no time line: {problem}")
     return files
 
 
