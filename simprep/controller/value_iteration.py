@@ -166,7 +166,17 @@ def policy_values(
         start: a first guess.
         tolerance: the largest error of a value left.
     """
-    return _follow(exact, policy, start, exact.reward, exact.discount, exact.arrival, tolerance)
+    values = np.full(STATE_SHAPE, exact.arrival) if start is None else start.copy()
+    values[:, :, :AT_GOAL] = exact.arrival
+    pick = _picker(exact, policy)
+    enough = tolerance * (1 - exact.discount) / max(exact.discount, 1e-9)
+    while True:
+        better = pick(exact.reward + exact.action_values(values, exact.discount, exact.arrival))
+        better[:, :, :AT_GOAL] = exact.arrival
+        change = np.abs(better - values).max()
+        values = better
+        if change <= enough:
+            return values
 
 
 def arrival_probability(exact: Backup, policy: NDArray[np.uint8], actions: int = 2000) -> FloatArray:
@@ -213,28 +223,6 @@ def _picker(exact: Backup, policy: NDArray[np.uint8]) -> Callable[[FloatArray], 
         return np.asarray(by_move[move, goal, influence])
 
     return pick
-
-
-def _follow(
-    exact: Backup,
-    policy: NDArray[np.uint8],
-    start: FloatArray | None,
-    reward: FloatArray,
-    discount: float,
-    arrival: float,
-    tolerance: float,
-) -> FloatArray:
-    values = np.full(STATE_SHAPE, arrival) if start is None else start.copy()
-    values[:, :, :AT_GOAL] = arrival
-    pick = _picker(exact, policy)
-    enough = tolerance * (1 - discount) / max(discount, 1e-9)
-    while True:
-        better = pick(reward + exact.action_values(values, discount, arrival))
-        better[:, :, :AT_GOAL] = arrival
-        change = np.abs(better - values).max()
-        values = better
-        if change <= enough:
-            return values
 
 
 def _shares(outcomes: NDArray[np.uint8], kinds: int) -> FloatArray:

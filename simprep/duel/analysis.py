@@ -17,7 +17,7 @@ from simprep.duel.labels.annotations import Annotations
 from simprep.duel.labels.labelling import LabelResult, label_stream, propose, stream_features, train_labels
 from simprep.duel.labels.labels import ASPECTS, LEARNED_ASPECTS, QUALIFIERS, decode
 from simprep.duel.labels.rules import move_rule, react_rule
-from simprep.duel.labels.scores import AspectScore, cross_validate, score
+from simprep.duel.labels.scores import cross_validate, score
 from simprep.duel.labels.segmentation import Cuts, Segmentation, segment_stream, stream_kinematics
 from simprep.duel.model.evaluation import EvaluationSettings, evaluate, evaluate_labels
 from simprep.duel.model.structures import CoupledGraph, couple, link_actions
@@ -152,7 +152,7 @@ def analyse(
         "annotated": len(rows),
         "suspicious": len(segmentation.suspicious),
         "label_counts": _counts(labels.codes),
-        "label_cross_validation": {aspect: _score(one) for aspect, one in scores.items()},
+        "label_cross_validation": {aspect: one.as_dict() for aspect, one in scores.items()},
         **{key: value for key, value in evaluation.items() if key != "schema"},
     }
     if truth is not None:
@@ -218,7 +218,7 @@ def compare_with_truth(
         "matched_share": float((match >= 0).sum() / len(truth.table)),
         "label_accuracy": {aspect: one.accuracy for aspect, one in scores.items()},
         "label_macro_f1": {aspect: one.macro_f1 for aspect, one in scores.items()},
-        "label_confusion": {aspect: _score(one) for aspect, one in scores.items()},
+        "label_confusion": {aspect: one.as_dict() for aspect, one in scores.items()},
         "rules_on_true_cuts": _rules(stream, truth),
         **tables,
         "label_relative_to_truth": {
@@ -326,15 +326,6 @@ def _counts(codes: IntArray) -> dict[str, dict[str, int]]:
     return {
         aspect: {name: int((parts[:, column] == index).sum()) for index, name in enumerate(QUALIFIERS[aspect])}
         for column, aspect in enumerate(ASPECTS)
-    }
-
-
-def _score(one: AspectScore) -> dict[str, Any]:
-    return {
-        "accuracy": one.accuracy,
-        "macro_f1": one.macro_f1,
-        "qualifiers": list(one.qualifiers),
-        "confusion": one.confusion.tolist(),
     }
 
 

@@ -2,12 +2,15 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 from rich.table import Table
 
 from simprep.cli.output import BaseCommand, Json, Output, Quiet
+
+if TYPE_CHECKING:
+    from simprep.duel.labels.scores import AspectScore
 
 CONFUSED = 6
 
@@ -103,7 +106,8 @@ class DuelLabel(BaseCommand):
             if len(done) >= 4:
                 rng, character = np.random.default_rng(self.seed), stream.players[0].character
                 scores = cross_validate(features[done], annotations.qualifiers, character, rng)
-                result["cross_validation"] = _print_scores(output, scores, len(done))
+                _print_scores(output, scores, len(done))
+                result["cross_validation"] = {aspect: one.as_dict() for aspect, one in scores.items()}
         chosen = propose(features, done, margins, self.count)
         known = None if labels is None else decode(labels.codes)[chosen][:, : len(LEARNED_ASPECTS)]
         save_annotations(self.proposals, table, chosen, None)
@@ -129,11 +133,10 @@ def _words(qualifiers: Any) -> str:
     return " ".join(f"{aspect}={name}" for aspect, name in named if name != OTHERS) or OTHERS
 
 
-def _print_scores(output: Output, scores: Any, count: int) -> dict[str, Any]:
+def _print_scores(output: Output, scores: "dict[str, AspectScore]", count: int) -> None:
     table = Table(title=f"Held-out labels of {count} annotated actions", title_justify="left")
     for column in ("aspect", "accuracy", "macro F1", "confused (truth -> label: number)"):
         table.add_column(column)
-    out = {}
     for aspect, score in scores.items():
         confused = [
             (int(score.confusion[i, j]), f"{a} -> {b}")
@@ -143,11 +146,4 @@ def _print_scores(output: Output, scores: Any, count: int) -> dict[str, Any]:
         ]
         shown = "; ".join(f"{name}: {number}" for number, name in sorted(confused, reverse=True)[:CONFUSED])
         table.add_row(aspect, f"{score.accuracy:.3f}", f"{score.macro_f1:.3f}", shown)
-        out[aspect] = {
-            "accuracy": score.accuracy,
-            "macro_f1": score.macro_f1,
-            "qualifiers": list(score.qualifiers),
-            "confusion": score.confusion.tolist(),
-        }
     output.say(table)
-    return out

@@ -1,6 +1,7 @@
 """How well actions are labelled: scores of one aspect, and cross-validation."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -26,6 +27,11 @@ class AspectScore:
     confusion: IntArray
     accuracy: float
     macro_f1: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """The scores in JSON's types."""
+        numbers = {"accuracy": self.accuracy, "macro_f1": self.macro_f1}
+        return {**numbers, "qualifiers": list(self.qualifiers), "confusion": self.confusion.tolist()}
 
 
 def score(truth: IntArray, labels: IntArray, qualifiers: tuple[str, ...]) -> AspectScore:

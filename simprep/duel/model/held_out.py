@@ -4,7 +4,7 @@ Source: the 2008 paper, section 6: one fighter's attacks and the reactions to th
 all actions, so that the held-out ones can still be performed.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
@@ -42,11 +42,11 @@ def learn_before(whole: FightModel, frame: int, settings: TrainingSettings | Non
     graph, tracks = whole.model.graph, pair_tracks(whole.stream)
     basis = fit_pose_basis(tracks.joints[:frame], settings.pose_components)
     features = action_features(tracks, graph.actions, basis, settings.goal_delay)
-    learned = _Part(np.flatnonzero(graph.actions.end <= frame))
+    learned = np.flatnonzero(graph.actions.end <= frame)
     players = []
     for player in PLAYERS:
-        seen = [learned.rows[graph.actions.player[learned.rows] == who] for who in (player, 1 - player)]
-        steps = learned.transitions(graph.actions.transitions(player))
+        seen = [learned[graph.actions.player[learned] == who] for who in (player, 1 - player)]
+        steps = _among(graph.actions.transitions(player), learned)
         samples = features.samples(steps)
         if not len(seen[0]) or not len(seen[1]) or len(steps) <= samples.shape[1] + 2:
             raise MotionError(
@@ -94,13 +94,7 @@ def held_out_actions(model: FightModel, player: int) -> IntArray:
     return found
 
 
-@dataclass(frozen=True)
-class _Part:
-    """Actions to learn from."""
-
-    rows: IntArray
-
-    def transitions(self, steps: Transitions) -> Transitions:
-        """Those among these actions alone."""
-        inside = np.isin(steps.next, self.rows) & np.isin(steps.current, self.rows)
-        return steps.subset(np.flatnonzero(inside & np.isin(steps.opponent, self.rows)))
+def _among(steps: Transitions, rows: IntArray) -> Transitions:
+    """The transitions that have only these actions in them."""
+    inside = [np.isin(actions, rows) for actions in (steps.current, steps.next, steps.opponent)]
+    return steps.subset(np.flatnonzero(np.all(inside, axis=0)))

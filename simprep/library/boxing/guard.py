@@ -11,7 +11,7 @@ import numpy as np
 from simprep.arrays import FloatArray
 from simprep.character import SIDES
 from simprep.library.entry import FPS, Entry, mirrored
-from simprep.library.parts.feet import FootPath, Stance, ankle_height
+from simprep.library.parts.feet import FootPath, Stance, ankle_height, both_feet
 from simprep.library.parts.limbs import SIGNS, arm_angles, limb_lengths
 from simprep.library.parts.movement import GUARD_LEAD, GUARD_REAR, support_point
 from simprep.library.parts.posture import Pose, hinge_angles, set_hinges, trunk_rotation
@@ -155,9 +155,7 @@ def _solve(
     times = np.arange(len(phase)) / FPS
     via = via or [[], []]
     feet = [
-        FootPath(side, stances[number], pitch=constant(np.radians(REAR_HEEL_DEG) * number), via=tuple(via[number])).at(
-            times
-        )
+        FootPath(side, stances[number], pitch=constant(np.radians(REAR_HEEL_DEG) * number), via=tuple(via[number]))
         for number, side in enumerate(SIDES)
     ]
     hinges = np.tile(hinge_angles(TRUNK), (len(times), 1))
@@ -173,10 +171,8 @@ def _solve(
         set_hinges(hinges, {f"{side}_forearm_pronation": np.radians(pronation)})
     still = np.zeros(len(times))
     plan = Plan(
-        fps=FPS,
-        foot_position=np.stack([pose[0] for pose in feet], axis=1),
-        foot_rotation=np.stack([pose[1] for pose in feet], axis=1),
-        contacts=np.stack([pose[2] for pose in feet], axis=1),
+        FPS,
+        *both_feet(feet, times),
         zmp=pressure,
         com_height=height,
         root_rotation=trunk_rotation(still + np.radians(YAW_DEG), still + np.radians(PITCH_DEG), still),
