@@ -11,8 +11,9 @@ import numpy as np
 
 from simprep.arrays import FloatArray
 from simprep.duel.fight.fight import FightAction
-from simprep.duel.fight.masks import KICK, OTHERS, PUNCH, is_neutral, reaction_to
+from simprep.duel.fight.masks import KICK, OTHERS, PUNCH, reaction_to
 from simprep.duel.fight.synthesis import Bout
+from simprep.duel.labels.labels import decode, neutral
 from simprep.duel.model.structures import NONE, PLAYERS, CoupledGraph
 from simprep.errors import SettingError
 
@@ -60,10 +61,10 @@ class Alertness:
         actions = graph.actions
         found: dict[int, list[float]] = {PUNCH: [], KICK: []}
         answered = set()
-        neutral = is_neutral(actions.label)
+        waits = neutral(decode(actions.label))
         for row in np.argsort(actions.start, kind="stable"):
             own, attack = int(actions.next[row]), int(actions.concurrent[row])
-            if own == NONE or attack == NONE or not neutral[row] or attack in answered:
+            if own == NONE or attack == NONE or not waits[row] or attack in answered:
                 continue
             kind = reaction_to(int(actions.label[attack]))
             if kind == OTHERS or (until is not None and actions.end[own] > until):
@@ -82,7 +83,7 @@ class Alertness:
         """
         kind, other = reaction_to(begun.label), 1 - begun.player
         waiting = bout.current(other)
-        if kind == OTHERS or other not in self.players or not is_neutral([waiting.label])[0]:
+        if kind == OTHERS or other not in self.players or not neutral(decode([waiting.label]))[0]:
             return None
         delay = float(bout.rng.choice(self.to_kick if kind == KICK else self.to_punch))
         wished = begun.start + round(delay * bout.fps)

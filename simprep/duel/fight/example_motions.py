@@ -11,7 +11,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.character import Character
-from simprep.duel.labels.labels import Label
+from simprep.duel.labels.labels import attacking, decode, neutral
 from simprep.duel.labels.segmentation import contact_force
 from simprep.duel.model.action_features import ActionSummaries, FloorFrame, PoseBasis, floor_frame, summarise_actions
 from simprep.duel.model.structures import ActionList
@@ -205,7 +205,6 @@ def _examples(stream: DuelStream, actions: ActionList, basis: PoseBasis, fps: fl
     tracks = pair_tracks(stream, (both[0], both[1]))
     rows = np.arange(len(actions))
     com = tracks.com[actions.start]
-    labels = [Label.from_code(int(code)) for code in actions.label]
     return ExampleMotions(
         fps=stream.fps,
         bodies=(stream.players[0].character, stream.players[1].character),
@@ -216,17 +215,12 @@ def _examples(stream: DuelStream, actions: ActionList, basis: PoseBasis, fps: fl
         contacts=np.stack(contacts),
         turning=np.stack(turning),
         moments=moments,
-        attacks=np.array([label.attacks for label in labels]),
-        guard=np.array([_in_guard(label) for label in labels]),
+        attacks=attacking(decode(actions.label)),
+        guard=neutral(decode(actions.label)),
         frames=floor_frame(com[rows, actions.player], com[rows, 1 - actions.player]),
         summaries=summarise_actions(tracks, actions, basis),
         basis=basis,
     )
-
-
-def _in_guard(label: Label) -> bool:
-    learned = (label.left_punch, label.right_punch, label.left_kick, label.right_kick, label.jump)
-    return all(qualifier == "others" for qualifier in learned)
 
 
 def _smooth(qpos: FloatArray, fps: float, bounds: IntArray) -> FloatArray:

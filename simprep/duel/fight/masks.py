@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from simprep.arrays import BoolArray, IntArray
-from simprep.duel.labels.labels import ASPECTS, ATTACKING_QUALIFIERS, KICKS, PUNCHES, QUALIFIERS, SHAPE, decode
+from simprep.duel.labels.labels import ASPECTS, KICKS, PUNCHES, QUALIFIERS, SHAPE, attacking, decode, neutral
 from simprep.duel.model.structures import CoupledGraph
 from simprep.duel.model.transition_model import TransitionModel
 
@@ -25,30 +25,13 @@ def kind_of(codes: ArrayLike) -> IntArray:
     return np.asarray(codes, dtype=np.int64) // _RULES
 
 
-def brings(codes: ArrayLike, aspects: tuple[str, ...]) -> BoolArray:
-    """Whether labels (N,) bring the limb of one of these aspects towards the opponent."""
-    parts = decode(codes)
-    found = [
-        np.isin(
-            parts[:, ASPECTS.index(aspect)], [QUALIFIERS[aspect].index(name) for name in ATTACKING_QUALIFIERS[aspect]]
-        )
-        for aspect in aspects
-    ]
-    return np.asarray(np.any(found, axis=0))
-
-
-def is_neutral(codes: ArrayLike) -> BoolArray:
-    """Whether labels (N,) are guard, steps or defence: no punch, kick or jump, nor the return from one."""
-    others = [QUALIFIERS[aspect].index("others") for aspect in ASPECTS[:_REACT]]
-    return np.asarray((decode(codes)[:, :_REACT] == others).all(axis=1))
-
-
 @cache
 def reaction_to(code: int) -> int:
     """Index of the qualifier of `react` of an action begun while the opponent does this."""
-    if brings([code], KICKS)[0]:
+    qualifiers = decode([code])
+    if attacking(qualifiers, KICKS)[0]:
         return KICK
-    return PUNCH if brings([code], PUNCHES)[0] else OTHERS
+    return PUNCH if attacking(qualifiers, PUNCHES)[0] else OTHERS
 
 
 @dataclass(frozen=True)
@@ -58,7 +41,7 @@ class LabelMasks:
     Attributes:
         codes: label codes.
         attacks: whether a fist or foot goes to the opponent.
-        neutral: see `is_neutral`.
+        neutral: see `labels.neutral`.
         react: index of the qualifier of `react`.
     """
 
@@ -71,7 +54,8 @@ class LabelMasks:
     def of(cls, model: TransitionModel) -> "LabelMasks":
         """Masks of a player's model."""
         codes = model.labels.candidates
-        return cls(codes, brings(codes, (*PUNCHES, *KICKS)), is_neutral(codes), decode(codes)[:, _REACT])
+        qualifiers = decode(codes)
+        return cls(codes, attacking(qualifiers), neutral(qualifiers), qualifiers[:, _REACT])
 
 
 def narrowed(*masks: BoolArray) -> BoolArray:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from simprep.arrays import IntArray
+from simprep.arrays import BoolArray, IntArray
 from simprep.errors import SettingError, UnknownNameError
 
 _PUNCH = ("fwd", "bwd", "bwdfwd", "fwdbwd", "others")
@@ -92,7 +92,7 @@ class Label:
     @property
     def attacks(self) -> bool:
         """Whether a fist or foot moves towards the opponent."""
-        return any(getattr(self, aspect) in attacking for aspect, attacking in ATTACKING_QUALIFIERS.items())
+        return any(getattr(self, aspect) in names for aspect, names in ATTACKING_QUALIFIERS.items())
 
     @classmethod
     def from_code(cls, code: int) -> "Label":
@@ -169,3 +169,23 @@ def decode(codes: ArrayLike) -> IntArray:
     if np.any(array < 0) or np.any(array >= CODES):
         raise SettingError(f"label codes must lie in 0 ... {CODES - 1}")
     return np.stack(np.unravel_index(array, SHAPE), axis=-1).astype(np.int64)
+
+
+def attacking(qualifiers: IntArray, aspects: Iterable[str] = (*PUNCHES, *KICKS)) -> BoolArray:
+    """Whether actions bring the limb of one of some aspects towards the opponent (S,).
+
+    Args:
+        qualifiers: (S, 5 or 7) indices, one per aspect; of label codes by `decode`.
+        aspects: of `PUNCHES` and `KICKS`.
+    """
+    limbs = [
+        np.isin(qualifiers[:, ASPECTS.index(aspect)], [QUALIFIERS[aspect].index(name) for name in names])
+        for aspect, names in ((aspect, ATTACKING_QUALIFIERS[aspect]) for aspect in aspects)
+    ]
+    return np.asarray(np.any(limbs, axis=0))
+
+
+def neutral(qualifiers: IntArray) -> BoolArray:
+    """Whether actions of indices (S, 5 or 7) are guard, steps or defence (S,): no punch, kick, jump, nor its way back."""
+    nothing = [QUALIFIERS[aspect].index(OTHERS) for aspect in LEARNED_ASPECTS]
+    return np.asarray((qualifiers[:, : len(nothing)] == nothing).all(axis=1))

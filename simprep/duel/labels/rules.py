@@ -6,7 +6,7 @@ Source: the 2008 paper, section 3.2.2.
 import numpy as np
 
 from simprep.arrays import BoolArray, IntArray
-from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, KICKS, LEARNED_ASPECTS, PUNCHES, QUALIFIERS
+from simprep.duel.labels.labels import KICKS, PUNCHES, QUALIFIERS, attacking
 from simprep.errors import MotionError
 
 LEFT, RIGHT, FLIGHT = 0, 1, 2
@@ -26,22 +26,9 @@ def react_rule(table: IntArray, qualifiers: IntArray) -> IntArray:
     Raises:
         MotionError: the other player has no action at that time.
     """
-    attacking: dict[str, BoolArray] = {}
-    for kind, aspects in (("kick", KICKS), ("punch", PUNCHES)):
-        columns = [
-            np.isin(
-                qualifiers[:, LEARNED_ASPECTS.index(aspect)],
-                [QUALIFIERS[aspect].index(name) for name in ATTACKING_QUALIFIERS[aspect]],
-            )
-            for aspect in aspects
-        ]
-        attacking[kind] = np.asarray(np.stack(columns).any(axis=0))
-    choices = QUALIFIERS["react"]
-    kind_of = np.where(
-        attacking["kick"],
-        choices.index("kick"),
-        np.where(attacking["punch"], choices.index("punch"), choices.index("others")),
-    )
+    kick, punch, others = (QUALIFIERS["react"].index(name) for name in ("kick", "punch", "others"))
+    kind_of = np.where(attacking(qualifiers, PUNCHES), punch, others)
+    kind_of[attacking(qualifiers, KICKS)] = kick
     out = np.empty(len(table), dtype=np.int64)
     for player in range(2):
         own, other = np.flatnonzero(table[:, 0] == player), np.flatnonzero(table[:, 0] != player)

@@ -9,9 +9,9 @@ import numpy as np
 from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.character import SIDES, Character
 from simprep.duel.fight.hits import ARMS, striking_aspect
-from simprep.duel.labels.labels import ATTACKING_QUALIFIERS
+from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, attacking, decode
 from simprep.duel.stream.stream import DuelStream
-from simprep.metrics.interaction.reactions import check_table, limb_attacks
+from simprep.metrics.interaction.reactions import check_table
 from simprep.motion.contacts import stances
 from simprep.physics.bodies import geom_owners, scene_bodies
 from simprep.physics.contacts import BodyContact
@@ -128,9 +128,10 @@ def count_hits(found: Overlaps, stream: DuelStream, table: IntArray, codes: IntA
     meant = np.zeros(len(found.frame), dtype=bool)
     characters = [motion.character for motion in stream.players]
     is_arm = [np.isin(one.parts, ARMS) for one in characters]
+    qualifiers = decode(codes)
     for aspect in ATTACKING_QUALIFIERS:
         striking = [np.array([striking_aspect(part) == aspect for part in one.parts]) for one in characters]
-        for player, start, end, clip in table[limb_attacks(codes, aspect)]:
+        for player, start, end, clip in table[attacking(qualifiers, (aspect,))]:
             last = min(end + round(grace_s * stream.fps), stream.bounds[clip, 1] - 1)
             rows = slice(*np.searchsorted(found.frame, [start, last + 1]))
             strikes = striking[player][found.segments[rows, player]]

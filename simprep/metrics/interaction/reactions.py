@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.arrays import BoolArray, FloatArray, IntArray
-from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, LEARNED_ASPECTS, OTHERS, QUALIFIERS, decode
+from simprep.duel.labels.labels import attacking, decode, neutral
 from simprep.errors import MotionError
 from simprep.metrics.balance import mean
 
@@ -40,28 +40,6 @@ class Reactions:
     delay_s: float
 
 
-def attacking(codes: IntArray) -> BoolArray:
-    """Whether actions of label codes (S,) bring a fist or foot towards the opponent (S,)."""
-    return np.asarray(np.stack([limb_attacks(codes, aspect) for aspect in ATTACKING_QUALIFIERS]).any(axis=0))
-
-
-def limb_attacks(codes: IntArray, aspect: str) -> BoolArray:
-    """Whether actions are attacks of one limb (S,).
-
-    Args:
-        codes: (S,) label codes.
-        aspect: the limb's, one of `ATTACKING_QUALIFIERS`.
-    """
-    chosen = decode(codes)[..., LEARNED_ASPECTS.index(aspect)]
-    return np.isin(chosen, [QUALIFIERS[aspect].index(name) for name in ATTACKING_QUALIFIERS[aspect]])
-
-
-def neutral(codes: IntArray) -> BoolArray:
-    """Whether actions of label codes (S,) are neither punch, kick nor jump, nor the way back of one (S,)."""
-    nothing = [QUALIFIERS[aspect].index(OTHERS) for aspect in LEARNED_ASPECTS]
-    return np.asarray((decode(codes)[..., : len(LEARNED_ASPECTS)] == nothing).all(axis=-1))
-
-
 def reactions(table: IntArray, codes: IntArray, bounds: NDArray[np.integer], fps: float) -> Reactions:
     """Attacks per minute, and the share that is answered by a fitting reaction within 0.5 s.
 
@@ -87,8 +65,9 @@ def reactions(table: IntArray, codes: IntArray, bounds: NDArray[np.integer], fps
     """
     table, codes = np.asarray(table, dtype=np.int64), np.asarray(codes, dtype=np.int64)
     check_table(table, codes, bounds)
-    attack = attacking(codes)
-    fitting = attack | neutral(codes)
+    qualifiers = decode(codes)
+    attack = attacking(qualifiers)
+    fitting = attack | neutral(qualifiers)
     minutes = float(np.sum(np.diff(bounds, axis=1) - 1)) / fps / 60
     per_minute = [float(np.sum(attack & (table[:, 0] == player)) / minutes) for player in (0, 1)]
     hits, chance, delays, on = [], [], [], []

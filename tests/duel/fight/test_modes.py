@@ -12,12 +12,12 @@ from simprep.duel.fight.choice import Situation
 from simprep.duel.fight.default_model import default_fight_model
 from simprep.duel.fight.drawing import ConditionalDensities, DrawingChooser, DrawSettings, begins_where
 from simprep.duel.fight.example_motions import ExampleMotions
-from simprep.duel.fight.masks import LabelMasks, is_neutral, kind_of, reaction_to, seen_successions
+from simprep.duel.fight.masks import LabelMasks, kind_of, reaction_to, seen_successions
 from simprep.duel.fight.modes import begin_fight
 from simprep.duel.fight.passive import ReactingChooser, RecordedChooser
 from simprep.duel.fight.requests import Request, read_requests
 from simprep.duel.fight.synthesis import Bout
-from simprep.duel.labels.labels import Label, decode
+from simprep.duel.labels.labels import Label, decode, neutral
 from simprep.duel.model.action_features import FloorFrame
 from simprep.duel.model.fight_model import FightModel, read_fight_model, save_fight_model, stream_digest
 from simprep.duel.model.held_out import held_out_actions, learn_before, split_frame
@@ -197,7 +197,7 @@ def test_passive_mode_plays_what_was_held_out_in_order_and_the_other_only_reacts
     assert np.array_equal(held_out[place], played)
     assert np.array_equal(np.diff(place) % len(held_out), np.ones(len(place) - 1))
     codes = np.array([one.label for one in fight.of(0)[1:]])
-    assert is_neutral(codes).all()
+    assert neutral(decode(codes)).all()
     # each reacts to what is under way when it begins
     for one in fight.of(0)[1:]:
         (now,) = (other for other in fight.of(1) if other.start < one.start <= other.end)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simprep.duel.labels.labels import ASPECTS, CODES, QUALIFIERS, Label, decode, encode
+from simprep.duel.labels.labels import ASPECTS, CODES, KICKS, QUALIFIERS, Label, attacking, decode, encode, neutral
 from simprep.errors import SettingError, UnknownNameError
 
 
@@ -27,6 +27,22 @@ def test_label_text_and_code_round_trip():
 )
 def test_withdrawing_a_limb_is_no_attack(label, attacks):
     assert label.attacks is attacks
+
+
+def test_kinds_of_label():
+    labels = [
+        Label(move="L-L"),
+        Label(move="L-L", left_punch="fwd"),
+        Label(move="R-R", right_kick="downup"),
+        Label(move="L-L", left_punch="bwd"),
+        Label(move="L-F", jump="up"),
+        Label(move="L-L", left_punch="bwd", right_punch="fwd"),
+    ]
+    qualifiers = decode([label.code for label in labels])
+    np.testing.assert_array_equal(attacking(qualifiers), [0, 1, 1, 0, 0, 1])
+    np.testing.assert_array_equal(attacking(qualifiers), [label.attacks for label in labels])
+    np.testing.assert_array_equal(attacking(qualifiers, KICKS), [0, 0, 1, 0, 0, 0])
+    np.testing.assert_array_equal(neutral(qualifiers), [1, 0, 0, 0, 0, 0])
 
 
 def test_bad_labels_are_refused_with_the_valid_choices():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from simprep.duel.fight.fight import Fight, FightAction
+from simprep.duel.labels.labels import attacking, decode
 from simprep.duel.stream.stream import DuelStream
 from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import PRESETS
@@ -15,7 +16,7 @@ from simprep.humanoid import humanoid
 from simprep.library.registry import library_motion
 from simprep.metrics.contact import floor_penetration
 from simprep.metrics.interaction.distributions import KINDS, distributions, js_distances, js_floor
-from simprep.metrics.interaction.reactions import ANSWER_S, attacking, reactions
+from simprep.metrics.interaction.reactions import ANSWER_S, reactions
 from simprep.metrics.interaction.stream import interaction_metrics
 from simprep.motion.edit import move
 from simprep.motion.motion import Motion
@@ -33,7 +34,7 @@ def test_answers_are_those_of_the_truth(example):
     start, after = truth.table[:, 1], stream.bounds[truth.table[:, 3], 1]
     within, fitting = round(ANSWER_S * stream.fps), truth.fitting()
     expected = []
-    for row in np.flatnonzero(attacking(truth.codes)):
+    for row in np.flatnonzero(attacking(decode(truth.codes))):
         if min(start[row] + within, truth.table[row, 2]) < after[row]:
             answering = (truth.answers == row) & fitting & (start - start[row] <= within)
             expected.append(answering.any())

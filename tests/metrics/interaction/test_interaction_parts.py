@@ -12,7 +12,7 @@ from simprep.humanoid import humanoid
 from simprep.metrics.contact import foot_slip, stance_drift
 from simprep.metrics.interaction.distributions import KINDS, Counts, distributions, js_distance, js_floor, pooled
 from simprep.metrics.interaction.overlap import Hits, Overlaps, count_hits, overlaps, recorded_contacts
-from simprep.metrics.interaction.reactions import attacking, neutral, reactions
+from simprep.metrics.interaction.reactions import reactions
 from simprep.metrics.interaction.stability import stability
 from simprep.metrics.interaction.stitches import Stitches, compare_stitches, stitches
 from simprep.metrics.interaction.stream import depths, falls_per_minute
@@ -48,12 +48,6 @@ def pair(a, b):
 def standing(frames, distance=1.2, fps=60.0):
     still = np.zeros((frames, 3))
     return pair(rigid_motion(still, fps), rigid_motion(still + np.array([distance, 0, 0]), fps))
-
-
-def test_kinds_of_label():
-    codes = np.array([NEUTRAL, PUNCH, KICK, BACK, LEAP, Label(move="L-L", left_punch="bwd", right_punch="fwd").code])
-    np.testing.assert_array_equal(attacking(codes), [0, 1, 1, 0, 0, 1])
-    np.testing.assert_array_equal(neutral(codes), [1, 0, 0, 0, 0, 0])
 
 
 def test_answers_by_the_frame():
