@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from simprep.motion.store import save_motion as save_motion
     from simprep.physics.controller import Controller as Controller
     from simprep.physics.controller import ControlTask as ControlTask
+    from simprep.physics.mpc import MPC_PRESETS as MPC_PRESETS
     from simprep.physics.mpc import MpcSettings as MpcSettings
     from simprep.physics.pushes import Push as Push
     from simprep.physics.run import Run as Run
@@ -75,6 +76,7 @@ _EXPORTS = {
     "Motion": "simprep.motion.motion",
     "MotionError": "simprep.errors",
     "MotionFileError": "simprep.errors",
+    "MPC_PRESETS": "simprep.physics.mpc",
     "MpcSettings": "simprep.physics.mpc",
     "Policy": "simprep.controller.policy",
     "PreparationSettings": "simprep.preparation.settings",

@@ -40,6 +40,9 @@ class Track(BaseCommand):
     controller: Literal["mpc", "pd"] = "mpc"
     """mpc: servo targets corrected by receding-horizon sampling; pd: servos to the motion, nothing else."""
 
+    preset: Literal["live", "default", "bake"] = "default"
+    """How much mpc computes: live least, bake most. docs/tracking.md has cost, error and falls of each."""
+
     seed: int = 0
     """Seed of the controller's random numbers."""
 
@@ -68,13 +71,15 @@ class Track(BaseCommand):
         # a bad file fails before the heavier imports
         motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds, output.warn)
         from simprep.metrics.evaluate import evaluate_run
-        from simprep.physics.simulate import track
+        from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.simulate import SimulationSettings, track
         from simprep.physics.store import RUN_FILE, save_run
         from simprep.report.results import provenance, save_json
 
         folder = self.out or Path("results") / "track" / f"{motion.name}_{self.controller}"
         with output.simulating(f"{self.controller} {motion.name}", motion) as progress:
-            run = track(motion, self.controller, self.seed, progress=progress)
+            settings = SimulationSettings(mpc=MPC_PRESETS[self.preset])
+            run = track(motion, self.controller, self.seed, settings, progress)
         metrics = evaluate_run(run)
         content = {
             "schema": "simprep.track/1",
@@ -82,6 +87,7 @@ class Track(BaseCommand):
             "motion": motion.name,
             "source": motion.source,
             "controller": run.controller,
+            "preset": self.preset if self.controller == "mpc" else None,
             "seed": run.seed,
             "timestep_s": run.timestep,
             "end_reason": run.end_reason,

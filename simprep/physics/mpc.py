@@ -1,9 +1,9 @@
 """`mpc`: servo targets corrected by receding-horizon sampling in a batch of simulations.
 
-Every `replan` seconds, a few cross-entropy iterations improve the offsets of the next `horizon` seconds. Each samples
-offsets around the last solution, simulates every sample from the current state, scores it against the reference, and
-moves to the weighted mean of the best. Servo targets are feed-forward + offset. `mujoco.batch` gives the same bits at
-any thread count. Several bodies are sampled in the same simulations, in which they touch each other.
+Every `replan` seconds, a few iterations improve the offsets of the next `horizon` seconds. Each samples offsets around
+the last solution, simulates every sample from the current state, and combines the samples so that the errors against
+the reference get least (`simprep.physics.sampling`). Servo targets are feed-forward + offset. `mujoco.batch` gives the
+same bits at any thread count. Several bodies are sampled in the same simulations, in which they touch each other.
 """
 
 from dataclasses import asdict, dataclass, field
@@ -12,8 +12,8 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IndexArray
 from simprep.errors import SettingError
 from simprep.physics.bodies import SceneBody
 from simprep.physics.controller import ControlTask, feedforward_targets
@@ -35,35 +35,35 @@ class MpcSettings:
         horizon: look-ahead [s].
         replan: time between two plans [s].
         knot_spacing: time between two knots of the offset curve [s]; linear in between.
-        samples: simulations per iteration.
-        iterations: cross-entropy iterations per plan.
-        elites: samples that enter the weighted mean.
+        samples: simulations in a plan's first iteration.
+        refined: simulations in every later one, which tries what the one before found.
+        iterations: iterations per plan.
         keep: best samples that enter the next plan's first iteration, moved on in time.
         shrink: factor on the noise from one iteration to the next.
-        temperature: softness of the weights, in standard deviations of the elites' costs.
+        damping: of the steps that an iteration finds and the next one tries, as shares of the samples' mean effect.
         noise_scale: factor on the standard deviations below.
         noise: standard deviation of the sampled offset [rad] by joint, matched by the end of its anatomical name (see
             `simprep.character.Character.movement`); joints that match none are not sampled.
         scales: the samples are split among these multiples of the noise.
         weights: cost weights.
         torque_share: share of the reference's inverse-dynamics torques that the servo targets lead by.
-        common_elites: judge samples of several bodies by the sum of their costs, not each body's part by its own.
+        common_search: judge samples of several bodies by all their errors together, not each body's part by its own.
         threads: simulation threads; 0 for all cores. Does not change the result.
 
     Raises:
-        SettingError: times that are not positive, or fewer samples than the plan, zero and the kept ones need.
+        SettingError: times or dampings that are not positive, or fewer samples than what is always tried.
     """
 
-    timestep: float = 1 / 120
-    horizon: float = 0.5
+    timestep: float = 1 / 96
+    horizon: float = 5 / 12
     replan: float = 1 / 30
     knot_spacing: float = 0.1
-    samples: int = 28
+    samples: int = 30
+    refined: int = 12
     iterations: int = 2
-    elites: int = 10
     keep: int = 4
     shrink: float = 0.7
-    temperature: float = 0.5
+    damping: tuple[float, ...] = (0.03, 0.1, 0.3, 1.0, 3.0)
     noise_scale: float = 0.8
     noise: tuple[tuple[str, float], ...] = (
         ("hip_flexion", 0.15),
@@ -80,25 +80,32 @@ class MpcSettings:
     )
     scales: tuple[float, ...] = (0.25, 0.5, 1.0)
     weights: CostWeights = field(default_factory=CostWeights)
-    torque_share: float = 0.7
-    common_elites: bool = False
+    torque_share: float = 1.0
+    common_search: bool = False
     threads: int = 0
 
     def __post_init__(self) -> None:
         for name in ("timestep", "horizon", "replan", "knot_spacing"):
             if not getattr(self, name) > 0:
                 raise SettingError(f"mpc: {name} {getattr(self, name)} s; valid: above 0")
-        if self.samples < self.keep + 2:
-            raise SettingError(f"mpc: {self.samples} samples; valid: at least {self.keep + 2} (2 more than keep)")
-        if not 1 <= self.elites <= self.samples or self.iterations < 1:
-            raise SettingError(
-                f"mpc: {self.elites} elites, {self.iterations} iterations; valid: 1 to samples, 1 or more"
-            )
+        if not self.damping or min(self.damping) <= 0:
+            raise SettingError(f"mpc: damping {self.damping}; valid: one or more numbers above 0")
+        for name, least in (("iterations", 1), ("keep", 0), ("samples", self.keep + 3), ("refined", len(self.damping))):
+            if getattr(self, name) < least:
+                raise SettingError(f"mpc: {name} {getattr(self, name)}; valid: at least {least}")
 
     @property
     def search(self) -> SearchSettings:
         """The settings of the sampling."""
-        return SearchSettings(self.samples, self.elites, self.keep, self.shrink, self.temperature, self.scales)
+        return SearchSettings(self.samples, self.refined, self.keep, self.shrink, self.scales, self.damping)
+
+
+MPC_PRESETS = {
+    "live": MpcSettings(replan=1 / 20, samples=22, refined=8),
+    "default": MpcSettings(),
+    "bake": MpcSettings(horizon=0.5, samples=120, refined=24, iterations=3),
+}
+"""How much to compute: least for what must keep up with the clock, most for what is made once (docs/tracking.md)."""
 
 
 class MpcController:
@@ -136,7 +143,7 @@ class MpcController:
         sampled = [np.flatnonzero(one) for one in std]
         self._widths = [len(one) for one in sampled]
         everybody = range(len(planner.bodies))
-        together = [tuple(everybody)] if s.common_elites else [(number,) for number in everybody]
+        together = [tuple(everybody)] if s.common_search else [(number,) for number in everybody]
         self._searches = [
             _Search(
                 members,
@@ -145,7 +152,8 @@ class MpcController:
             )
             for members in together
         ]
-        self._rollouts = Rollouts(planner, s.samples, self._steps, s.threads)
+        sizes = (s.samples, s.refined)[: s.iterations]
+        self._rollouts = [Rollouts(planner, size, self._steps, s.threads) for size in sizes]
         self._offsets = np.zeros((self._every, model.nu))
         self._planned_at = -1
         self.total_s = 0.0
@@ -154,9 +162,9 @@ class MpcController:
     @property
     def simulation_s(self) -> float:
         """Computing time spent inside MuJoCo so far [s]."""
-        return self._rollouts.simulation_s
+        return sum(rollouts.simulation_s for rollouts in self._rollouts)
 
-    def target(self, step: int, data: mujoco.MjData) -> NDArray[np.float64]:
+    def target(self, step: int, data: mujoco.MjData) -> FloatArray:
         """Servo targets for the coming step (see `Controller.target`); plans anew when due."""
         if self._planned_at < 0 or step - self._planned_at >= self._every:
             begin = perf_counter()
@@ -169,7 +177,7 @@ class MpcController:
         """Configuration, for the record."""
         record = {**asdict(self._settings), "rejected_samples": self.rejected}
         if len(self._costs) == 1:
-            del record["common_elites"]  # means nothing for one body
+            del record["common_search"]  # means nothing for one body
         return record
 
     def _replan(self, step: int, data: mujoco.MjData) -> None:
@@ -180,16 +188,16 @@ class MpcController:
             one.search.begin()
         for iteration in range(s.iterations):
             tried = [one.search.sample(self._rng, iteration) for one in self._searches]
-            control = np.repeat(feedforward[None], s.samples, axis=0)
+            control = np.repeat(feedforward[None], len(tried[0]), axis=0)
             for one, theta in zip(self._searches, tried):
                 control[:, :, one.controls] += np.einsum("tk,nkj->ntj", self._basis, theta)
-            record, failed = self._rollouts.run(data, control)
-            costs = [self._evaluate(step, one, record, theta) for one, theta in zip(self._searches, tried)]
-            failed |= ~np.isfinite(costs).all(axis=0)
+            record, failed = self._rollouts[min(iteration, 1)].run(data, control)
+            residuals = [self._residuals(step, one, record, theta) for one, theta in zip(self._searches, tried)]
+            for errors in residuals:
+                failed |= ~np.isfinite(errors).all(axis=1)
             self.rejected += int(failed.sum())
             improved = [
-                one.search.update(theta, np.where(failed, np.inf, cost))
-                for one, theta, cost in zip(self._searches, tried, costs)
+                one.search.update(theta, errors, failed) for one, theta, errors in zip(self._searches, tried, residuals)
             ]
             if not all(improved):
                 break  # every sample diverged: keep the plan
@@ -197,13 +205,13 @@ class MpcController:
         for one in self._searches:
             self._offsets[:, self._planner.controls[one.controls]] = self._world_basis @ one.search.plan
 
-    def _evaluate(self, step: int, one: "_Search", record: Record, theta: NDArray[np.float64]) -> NDArray[np.float64]:
-        total, first = np.zeros(len(theta)), 0
+    def _residuals(self, step: int, one: "_Search", record: Record, theta: FloatArray) -> FloatArray:
+        parts, first = [], 0
         for member in one.members:
             own = theta[:, :, first : first + self._widths[member]]
             first += self._widths[member]
-            total = total + self._costs[member].evaluate(step, record_of(record, self._planner.bodies[member]), own)
-        return total
+            parts.append(self._costs[member].residuals(step, record_of(record, self._planner.bodies[member]), own))
+        return np.concatenate(parts, axis=1)
 
 
 @dataclass(frozen=True)
@@ -211,19 +219,17 @@ class _Search:
     """Offsets that are judged together.
 
     Attributes:
-        members: bodies whose costs are added up.
+        members: bodies whose errors count together.
         controls: (sampled,) the planner's actuators that the offsets belong to.
         search: the search itself.
     """
 
     members: tuple[int, ...]
-    controls: NDArray[np.intp]
+    controls: IndexArray
     search: OffsetSearch
 
 
-def _feedforward(
-    reference: Reference, model: mujoco.MjModel, body: SceneBody, settings: MpcSettings
-) -> NDArray[np.float64]:
+def _feedforward(reference: Reference, model: mujoco.MjModel, body: SceneBody, settings: MpcSettings) -> FloatArray:
     targets = feedforward_targets(reference, body)
     if settings.torque_share > 0:
         torque = np.clip(needed_torques(reference), *model.actuator_forcerange[body.controls].T)

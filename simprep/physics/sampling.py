@@ -1,11 +1,19 @@
-"""Cross-entropy search for a curve of servo-target offsets."""
+"""Search for a curve of servo-target offsets by samples: Gauss-Newton steps without derivatives.
+
+The cost of a sample is the sum of its squared residuals. Differences between samples show how the residuals respond to
+the offsets, in as many directions as there are samples. Where this response is linear, the best combination of these
+directions is a least-squares problem. Its answers, damped more and less, are simulated next, and the best one counts.
+A sample thus tells as much as all its residuals; the cross-entropy method reads one number from it.
+"""
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-FloatArray = NDArray[np.float64]
+from simprep.arrays import BoolArray, FloatArray, IndexArray
+
+_SAME = 1e-6  # distance of two samples that count as one, in standard deviations of the noise
+_TINY = 1e-12
 
 
 @dataclass(frozen=True)
@@ -13,11 +21,11 @@ class SearchSettings:
     """How a plan is improved; the entries are those of `simprep.physics.mpc.MpcSettings`."""
 
     samples: int
-    elites: int
+    refined: int
     keep: int
     shrink: float
-    temperature: float
     scales: tuple[float, ...]
+    damping: tuple[float, ...]
 
 
 class OffsetSearch:
@@ -26,58 +34,87 @@ class OffsetSearch:
     Args:
         shift: (knots, knots) moves a curve on by the time between two plans.
         std: (sampled,) standard deviation of each sampled offset [rad].
-        settings: numbers of samples and elites, noise over iterations.
+        settings: numbers of samples, noise, damping.
     """
 
     def __init__(self, shift: FloatArray, std: FloatArray, settings: SearchSettings) -> None:
         self._settings = settings
         self._shift, self._std = shift, std
-        self._scale = np.resize(np.array(settings.scales), settings.samples)
         self.plan = np.zeros((len(shift), len(std)))
         self._kept = np.zeros((0, *self.plan.shape))
 
     def begin(self) -> None:
         """Start a new plan: move the last one and its best samples on in time."""
-        self._carried = np.einsum("kl,nlj->nkj", self._shift, self._kept)
+        self._kept = np.einsum("kl,nlj->nkj", self._shift, self._kept)
         self.plan = self._shift @ self.plan
         self._pool, self._costs = np.zeros((0, *self.plan.shape)), np.zeros(0)
+        self._residuals: list[FloatArray] = []
+        self._steps = np.zeros((0, *self.plan.shape))
+        self._first_step = 0
 
     def sample(self, rng: np.random.Generator, iteration: int) -> FloatArray:
-        """Offsets to try (samples, knots, sampled), among them the plan, zero and the best of the last plan [rad].
+        """Offsets to try (samples, knots, sampled) [rad].
+
+        The first iteration tries the plan, zero, the best of the last plan, and noise about the plan; later ones the
+        steps found by the last one, and noise about the middle one of them.
 
         Args:
             rng: random generator.
             iteration: of this plan, from 0.
         """
         s = self._settings
-        noise = rng.standard_normal((s.samples, *self.plan.shape)) * self._std * s.shrink**iteration
-        theta = self.plan + self._scale[:, None, None] * noise
-        theta[0] = self.plan
         if iteration == 0:
-            theta[1] = 0.0
-            theta[2 : 2 + len(self._carried)] = self._carried
-        return np.asarray(theta)
+            centre, given = self.plan, np.concatenate([self.plan[None], np.zeros((1, *self.plan.shape)), self._kept])
+        else:
+            centre, given = self._steps[len(self._steps) // 2], self._steps
+        self._first_step = len(self._pool)
+        count = (s.refined if iteration else s.samples) - len(given)
+        noise = rng.standard_normal((count, *self.plan.shape)) * self._std * s.shrink**iteration
+        return np.concatenate([given, centre + np.resize(s.scales, count)[:, None, None] * noise])
 
-    def update(self, theta: FloatArray, costs: FloatArray) -> bool:
-        """Move the plan to the weighted mean of the best samples so far; False if none was usable and the plan stays.
+    def update(self, theta: FloatArray, residuals: FloatArray, failed: BoolArray) -> bool:
+        """Improve the plan by what was simulated so far; False if nothing was usable and the plan stays.
 
         Args:
             theta: as sampled.
-            costs: (samples,) of each; infinite for samples that count as failed.
+            residuals: (samples, R) of each.
+            failed: (samples,) which do not count.
         """
         s = self._settings
-        # all iterations of a plan begin in the same state, so earlier samples still compete
+        # all iterations of a plan begin in the same state, so earlier samples still count
         self._pool = np.concatenate([self._pool, theta])
+        self._residuals.append(residuals)
+        costs = np.where(failed, np.inf, np.einsum("nr,nr->n", residuals, residuals))
         self._costs = np.concatenate([self._costs, costs])
-        order = np.argsort(self._costs, kind="stable")[: s.elites]
+        order = np.argsort(self._costs, kind="stable")
         order = order[np.isfinite(self._costs[order])]
         if len(order) == 0:
             return False
-        best = self._costs[order]
-        weight = np.exp(-(best - best[0]) / (s.temperature * (np.std(best) + 1e-12)))
-        self.plan = np.einsum("n,nkj->kj", weight / weight.sum(), self._pool[order])
         self._kept = self._pool[order[: s.keep]]
+        # the damping whose step was the best is the best guess for the next step
+        tried = self._costs[self._first_step : self._first_step + len(self._steps)]
+        damping = len(s.damping) // 2 if len(tried) == 0 else int(np.argmin(tried))
+        self._steps = self._gauss_newton(order)
+        self.plan = self._steps[damping]
         return True
+
+    def _gauss_newton(self, order: IndexArray) -> FloatArray:
+        """(dampings, knots, sampled) the best combinations of samples, ordered from the best, if residuals are linear."""
+        residuals = np.concatenate(self._residuals)
+        best, others = order[0], order[1:]
+        directions = self._pool[others] - self._pool[best]
+        length = np.sqrt(np.mean((directions / self._std) ** 2, axis=(1, 2)))
+        usable = length > _SAME
+        if not usable.any():
+            return np.repeat(self._pool[best][None], len(self._settings.damping), axis=0)
+        # all directions equally long: a far sample says no more than a near one
+        directions = directions[usable] / length[usable, None, None]
+        response = (residuals[others[usable]] - residuals[best]) / length[usable, None]
+        gram = response @ response.T
+        slope = response @ residuals[best]
+        unit = np.trace(gram) / len(gram) * np.eye(len(gram)) + _TINY * np.eye(len(gram))
+        combined = [np.linalg.solve(gram + damping * unit, -slope) for damping in self._settings.damping]
+        return np.asarray(self._pool[best] + np.einsum("dn,nkj->dkj", combined, directions))
 
 
 def linear_basis(position: FloatArray, knots: int) -> FloatArray:

@@ -1,12 +1,12 @@
 """How well simulated samples follow the reference: the cost that `mpc` minimises."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray, IndexArray
 from simprep.physics.reference import Reference
+from simprep.physics.rollouts import Record
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class CostWeights:
         instants: time between two scored instants [s].
     """
 
-    position: float = 40.0
+    position: float = 60.0
     relative: float = 45.0
     orientation: float = 3.0
     velocity: float = 0.5
@@ -38,7 +38,7 @@ class CostWeights:
     foot_velocity: float = 0.5
     joint_velocity: float = 0.005
     effort: float = 0.5
-    final: float = 1.5
+    final: float = 1.0
     instants: float = 0.05
 
 
@@ -61,7 +61,7 @@ class TrackingCost:
         ratio: int,
         world_dt: float,
         steps: int,
-        qvel_index: NDArray[np.intp],
+        qvel_index: IndexArray,
         feet: tuple[int, int],
         weights: CostWeights,
     ) -> None:
@@ -82,21 +82,22 @@ class TrackingCost:
         self._foot_velocity = np.gradient(self._xpos[:, self._feet], world_dt, axis=0)
         self._last = len(reference.qpos) - 1
 
-    def evaluate(
-        self, step: int, record: Mapping[str, NDArray[np.float64]], theta: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Cost (n,) of every sample; instants beyond the end of the reference do not count.
+    def residuals(self, step: int, record: Record, theta: FloatArray) -> FloatArray:
+        """Weighted errors (n, R) of every sample, whose squares add up to its cost.
+
+        Instants beyond the end of the reference do not count.
 
         Args:
             step: index of the rollout's start state in the reference.
             record: rollout records qpos, qvel, xpos, subtree_com, (n, steps, ...).
             theta: (n, knots, sampled) offsets [rad].
         """
-        w = self._weights
+        w, n = self._weights, len(theta)
+        effort = np.sqrt(w.effort / theta[0].size) * theta.reshape(n, -1)
         frames = step + self._ratio * (1 + self._instants)
         inside = frames <= self._last
         if not inside.any():
-            return np.asarray(w.effort * np.mean(theta**2, axis=(1, 2)))
+            return np.asarray(effort)
         pick = self._instants[inside]
         state = frames[inside]
         weight = self._time_weight[inside] / self._time_weight[inside].sum()
@@ -104,9 +105,7 @@ class TrackingCost:
         xpos = record["xpos"][:, pick, 1:]  # (n, t, segments, 3)
         com = record["subtree_com"][:, pick, 1]
         target_xpos, target_com = self._xpos[state - self._ratio], self._com[state - self._ratio]
-        root_error = xpos[:, :, :1] - target_xpos[:, :1]
         error = xpos - target_xpos
-        relative = error - root_error
         foot = xpos[:, :, self._feet, :]
         target_foot = target_xpos[:, self._feet, :]
         com_foot = (com[:, :, None] - foot) - (target_com[:, None] - target_foot)
@@ -114,28 +113,24 @@ class TrackingCost:
         before = record["xpos"][:, pick - 1][:, :, self._foot_entries]
         foot_velocity = (foot - before) / self._planner_dt
         target_foot_velocity = self._foot_velocity[state - self._ratio - self._ratio // 2]
-        qvel = record["qvel"][:, pick]
-        target_qvel = self._qvel[state]
-        quat_error = _rotation_error_squared(record["qpos"][:, pick, 3:7], self._qpos[state, 3:7])
-        velocity_error = qvel - target_qvel
-        per_instant = (
-            w.position * np.mean(_square(error), axis=2)
-            + w.relative * np.mean(_square(relative), axis=2)
-            + w.orientation * quat_error
-            + w.velocity * _square(velocity_error[..., :3])
-            + w.spin * _square(velocity_error[..., 3:6])
-            + w.com_to_foot * np.mean(_square(com_foot), axis=2)
-            + w.foot_height * np.mean((foot - target_foot)[..., 2] ** 2, axis=2)
-            + w.foot_velocity * np.mean(_square(foot_velocity - target_foot_velocity), axis=2)
-            + w.joint_velocity * np.mean(velocity_error[..., 6:] ** 2, axis=2)
-        )  # (n, t)
-        return np.asarray(per_instant @ weight + w.effort * np.mean(theta**2, axis=(1, 2)))
+        velocity_error = record["qvel"][:, pick] - self._qvel[state]
+        segments, hinges = xpos.shape[2], velocity_error.shape[2] - 6
+        parts = (
+            (w.position / segments, error),
+            (w.relative / segments, error[:, :, 1:] - error[:, :, :1]),
+            (4 * w.orientation, _rotation_error(record["qpos"][:, pick, 3:7], self._qpos[state, 3:7])),
+            (w.velocity, velocity_error[..., :3]),
+            (w.spin, velocity_error[..., 3:6]),
+            (w.com_to_foot / 2, com_foot),
+            (w.foot_height / 2, (foot - target_foot)[..., 2]),
+            (w.foot_velocity / 2, foot_velocity - target_foot_velocity),
+            (w.joint_velocity / hinges, velocity_error[..., 6:]),
+        )
+        at_instants = np.concatenate([np.sqrt(c) * part.reshape(n, len(pick), -1) for c, part in parts], axis=2)
+        at_instants *= np.sqrt(weight)[:, None]
+        return np.concatenate([at_instants.reshape(n, -1), effort], axis=1)
 
 
-def _square(x: NDArray[np.float64]) -> NDArray[np.float64]:
-    return np.asarray(np.einsum("...i,...i->...", x, x))
-
-
-def _rotation_error_squared(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Squared rotation between unit quaternions, 4 (1 - <a, b>^2), equal to the angle squared when small."""
-    return np.asarray(4 * (1 - np.einsum("...i,...i->...", a, b) ** 2))
+def _rotation_error(a: FloatArray, b: FloatArray) -> FloatArray:
+    """Vector part (..., 3) of the rotation between unit quaternions: half the angle's sine, about the axis."""
+    return np.asarray(a[..., :1] * b[..., 1:] - b[..., :1] * a[..., 1:] - np.cross(a[..., 1:], b[..., 1:]))

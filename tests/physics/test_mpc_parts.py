@@ -1,5 +1,7 @@
 """Parts of `mpc`: inverse dynamics against statics, the cost's zero, the reduced planner model."""
 
+from dataclasses import replace
+
 import mujoco
 import numpy as np
 import pytest
@@ -12,6 +14,8 @@ from simprep.physics.inverse_dynamics import needed_torques
 from simprep.physics.mpc import MpcSettings
 from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference, make_reference
+from simprep.physics.rollouts import Record
+from simprep.physics.sampling import OffsetSearch, SearchSettings
 from simprep.physics.tracking_cost import CostWeights, TrackingCost
 from simprep.scene import SceneSettings, build_scene
 
@@ -62,14 +66,79 @@ def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
         "subtree_com": np.repeat(reference.kinematics.com[states - 2][None, :, None], 18, axis=2),
     }
     theta = np.zeros((1, 6, 19))
-    on_reference = float(cost.evaluate(start, record, theta)[0])
+
+    def cost_of(record: Record, theta: np.ndarray) -> float:
+        return float(np.sum(cost.residuals(start, record, theta) ** 2))
+
+    on_reference = cost_of(record, theta)
     assert on_reference < 1e-3
     costs = []
     for shift in (0.01, 0.02, 0.04):
         moved = {**record, "xpos": record["xpos"] + [shift, 0, 0], "subtree_com": record["subtree_com"] + [shift, 0, 0]}
-        costs.append(float(cost.evaluate(start, moved, theta)[0]) - on_reference)
-    np.testing.assert_allclose(costs, 40.0 * np.square([0.01, 0.02, 0.04]), rtol=1e-6)  # only the global position
-    assert cost.evaluate(start, record, theta + 0.1)[0] > on_reference
+        costs.append(cost_of(moved, theta) - on_reference)
+    np.testing.assert_allclose(costs, 60.0 * np.square([0.01, 0.02, 0.04]), rtol=1e-6)  # only the global position
+    assert cost_of(record, theta + 0.1) > on_reference
+
+
+SEARCH = SearchSettings(samples=20, refined=8, keep=2, shrink=0.7, scales=(0.25, 0.5, 1.0), damping=(1e-9, 0.1, 1.0))
+
+
+def search_of(knots: int, sampled: int, settings: SearchSettings = SEARCH) -> OffsetSearch:
+    search = OffsetSearch(np.eye(knots), np.full(sampled, 0.1), settings)
+    search.begin()
+    return search
+
+
+def test_linear_residuals_are_minimised_by_as_many_samples_as_unknowns() -> None:
+    rng = np.random.default_rng(3)
+    response, constant = rng.standard_normal((30, 12)), rng.standard_normal(30)
+    search = search_of(4, 3, replace(SEARCH, damping=(1e-9,)))
+    tried = search.sample(rng, 0)
+    none_failed = np.zeros(len(tried), dtype=bool)
+    assert search.update(tried, tried.reshape(20, 12) @ response.T + constant, none_failed)
+    exact = np.linalg.lstsq(response, -constant)[0]
+    np.testing.assert_allclose(search.plan.ravel(), exact, atol=1e-5)
+
+
+def test_a_step_from_few_samples_never_leaves_what_they_span_and_lowers_the_cost() -> None:
+    rng = np.random.default_rng(4)
+    response, constant = rng.standard_normal((200, 60)), rng.standard_normal(200)
+
+    def residuals(theta: np.ndarray) -> np.ndarray:
+        return np.asarray(np.sin(theta.reshape(len(theta), -1) @ response.T) + constant)
+
+    search, costs = search_of(6, 10), []
+    for iteration in range(2):
+        tried = search.sample(rng, iteration)
+        found = residuals(tried)
+        costs.append(np.sum(found**2, axis=1))
+        assert search.update(tried, found, np.zeros(len(tried), dtype=bool))
+        if iteration == 0:
+            span = (tried - tried[0]).reshape(len(tried), -1)
+            step = (search.plan - tried[0]).ravel()
+            left = step - span.T @ np.linalg.lstsq(span.T, step)[0]
+            np.testing.assert_allclose(left, 0.0, atol=1e-8)
+    # the tried plan, then the best sample of the first iteration, then the best step of the second
+    assert costs[1].min() < costs[0].min() <= costs[0][0]
+    assert np.sum(residuals(search.plan[None]) ** 2) < costs[0].min()
+
+
+def test_failed_samples_count_for_nothing() -> None:
+    rng = np.random.default_rng(5)
+    response, constant = rng.standard_normal((30, 12)), rng.standard_normal(30)
+    search, other = search_of(4, 3), search_of(4, 3)
+    tried = search.sample(rng, 0)
+    residuals = tried.reshape(20, 12) @ response.T + constant
+    failed = np.arange(20) % 4 == 1
+    spoilt = np.where(failed[:, None], np.nan, residuals)
+    assert search.update(tried, spoilt, failed)
+    assert other.update(tried, np.where(failed[:, None], 0.0, residuals), failed)
+    np.testing.assert_array_equal(search.plan, other.plan)
+    plan = search.plan.copy()
+    search.begin()
+    again = search.sample(rng, 0)
+    assert not search.update(again, np.full((20, 30), np.nan), np.ones(20, dtype=bool))
+    np.testing.assert_array_equal(search.plan, plan)
 
 
 def test_planner_is_the_same_body_with_fewer_joints() -> None:
@@ -97,12 +166,14 @@ def test_planner_is_the_same_body_with_fewer_joints() -> None:
 
 
 def test_impossible_settings_are_refused() -> None:
-    with pytest.raises(SettingError, match=r"3 samples; valid: at least 6 \(2 more than keep\)"):
-        MpcSettings(samples=3, elites=2)
+    with pytest.raises(SettingError, match=r"mpc: samples 3; valid: at least 7"):
+        MpcSettings(samples=3)
     with pytest.raises(SettingError, match=r"mpc: horizon 0 s; valid: above 0"):
         MpcSettings(horizon=0)
-    with pytest.raises(SettingError, match="40 elites"):
-        MpcSettings(elites=40)
+    with pytest.raises(SettingError, match=r"mpc: refined 2; valid: at least 5"):
+        MpcSettings(refined=2)
+    with pytest.raises(SettingError, match=r"mpc: damping \(0.0,\); valid"):
+        MpcSettings(damping=(0.0,))
 
 
 def test_least_squares_survives_degenerate_problems(monkeypatch: pytest.MonkeyPatch) -> None:

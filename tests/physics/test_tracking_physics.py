@@ -18,7 +18,7 @@ from simprep.physics.run import Run
 from simprep.physics.simulate import SimulationSettings, track
 
 WEIGHT_N = 75.0 * 9.81
-CHEAP = MpcSettings(samples=16, elites=6)
+CHEAP = MpcSettings(samples=16, refined=8)
 
 
 def standing(seconds: float = 1.0, height: float = 0.0) -> Motion:
