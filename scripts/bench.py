@@ -7,12 +7,12 @@ inverse kinematics and posture optimisation, one core), `runtime_fps` and `runti
 included, with and without posture optimisation, one core; 60 per character), `sim_steps_per_s_1` and `_2` (simulation steps of the standing
 humanoid on one and two threads), `fight_fps` (two fighters' kinematic synthesis: choice, placement, stitching, inverse
 kinematics; frames of the fight per second of processor time of one core), `analysis_s` (processor time to analyse the built-in
-kickboxing stream, 16 minutes, as `simprep duel analyse` does by default, without its figures), `mpc_s_per_s` (computing time per
-second of motion), `mpc_overhead_share` (share of it spent outside MuJoCo) and `peak_rss_mb`.
+kickboxing stream, 16 minutes, as `simprep duel analyse` does by default, without its figures), `mpc_s_per_s` and
+`live_s_per_s` (computing time per second of motion, presets `default` and `live`), `mpc_overhead_share` (share of it spent outside MuJoCo) and `peak_rss_mb`.
 
 Seconds say little of another machine. So all of it is also stated in yardsticks: the time that 100 000 steps of
 `scripts/yardstick.xml` take here and now, in a batch of 28 on 2 threads (`yardstick_s`). Costs are multiples of it,
-`analysis_yardsticks` and `mpc_yardsticks` (per second of motion). Rates are amounts in that time: `fight_fps` becomes
+`analysis_yardsticks`, `mpc_yardsticks` and `live_yardsticks` (per second of motion). Rates are amounts in that time: `fight_fps` becomes
 `fight_frames_per_yardstick`, `sim_steps_per_s_1` becomes `sim_steps_per_yardstick_1`, and so on.
 """
 
@@ -49,7 +49,8 @@ from simprep.humanoid import humanoid
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion
-from simprep.physics.simulate import track
+from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.simulate import SimulationSettings, track
 from simprep.preparation import prepare
 from simprep.scene import build_scene
 
@@ -173,8 +174,8 @@ def in_yardsticks(numbers: dict[str, float], yardstick_s: float) -> dict[str, fl
             out[name.removesuffix("_fps") + "_frames_per_yardstick"] = value * yardstick_s
         elif "_per_s_" in name:
             out[name.replace("_per_s_", "_per_yardstick_")] = value * yardstick_s
-        elif name == "mpc_s_per_s":
-            out["mpc_yardsticks"] = value / yardstick_s
+        elif name.endswith("_s_per_s"):
+            out[name.removesuffix("_s_per_s") + "_yardsticks"] = value / yardstick_s
         elif name.endswith("_s"):
             out[name.removesuffix("_s") + "_yardsticks"] = value / yardstick_s
     return out
@@ -245,7 +246,8 @@ def measure(file: Path | None) -> dict[str, float]:
     }
     prepared = prepare(walk, punch, 0.0, duration=MPC_SECONDS).motion
     run = track(prepared, "mpc", seed=0)
-    numbers["mpc_s_per_s"] = run.wall_s / run.end_s
+    live = track(prepared, "mpc", 0, SimulationSettings(mpc=MPC_PRESETS["live"]))
+    numbers |= {"mpc_s_per_s": run.wall_s / run.end_s, "live_s_per_s": live.wall_s / live.end_s}
     yardstick_s = Yardstick().seconds()  # beside mpc, which it is compared with most
     numbers |= {"yardstick_s": yardstick_s, **in_yardsticks(numbers, yardstick_s)}
     numbers["mpc_overhead_share"] = run.overhead_share

@@ -2,9 +2,10 @@
 
 Example: python scripts/tracking_study.py --clips FOLDER --motions walk jump --seeds 5 -o results/tracking
 
-The built-in motions (loops for 3 s, the walk for 20 s); with --clips also the DeepMimic files
-humanoid3d_{walk,run,punch,kick,jump,crawl}.txt of that folder (cyclic ones for 6 s). Writes OUT/tracking.json and
-OUT/tracking.md. Run it alone, since it times.
+The built-in motions (loops for 3 s, the walk for 20 s); with --clips also every motion file in that folder and below
+(cyclic ones for 6 s; what is longer than 20 s is cut there). A run counts as tracked if it is completed and the pelvis is
+never 0.5 m from where it should be on the floor. Costs are multiples of the yardstick (`scripts/bench.py`). Writes
+OUT/tracking.json and OUT/tracking.md. Run it alone, since it times.
 """
 
 import argparse
@@ -16,20 +17,23 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from bench import Yardstick
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
 from simprep.library import library_motion, library_names
 from simprep.metrics.evaluate import evaluate_run
-from simprep.motion.edit import repeat
+from simprep.motion.edit import cut, repeat
 from simprep.motion.load import load_motion
 from simprep.motion.motion import Motion
-from simprep.physics.simulate import track
+from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.simulate import SimulationSettings, track
 from simprep.report.results import provenance, save_json
 
-CLIPS = ("walk", "run", "punch", "kick", "jump", "crawl")
 LOOPED_S = 6.0
-WALK_S = 20.0
-KEYS = ("mpjpe_mm", "g_mpjpe_mm", "max_body_distance_mm", "foot_slip_ratio", "penetration_mm", "s_per_s")
+WALK_S = LONGEST_S = 20.0
+FARTHEST_M = 0.5
+KEYS = ("mpjpe_mm", "g_mpjpe_mm", "farthest_m", "foot_slip_ratio", "penetration_mm", "yardsticks")
+DIGITS = (1, 0, 2, 1, 1, 2)
 
 
 def looped(motion: Motion, seconds: float) -> Motion:
@@ -39,79 +43,91 @@ def looped(motion: Motion, seconds: float) -> Motion:
 def motions(names: list[str], clips: Path | None) -> dict[str, Motion]:
     chosen = {f"built-in {name}": looped(library_motion(name), WALK_S if name == "walk" else 3.0) for name in names}
     if clips is not None:
-        for name in CLIPS:
-            clip = load_motion(clips / f"humanoid3d_{name}.txt")
-            # a jump repeated at once is another motion than the one captured
-            chosen[f"captured {name}"] = clip if name == "jump" else looped(clip, LOOPED_S)
+        for file in sorted(path for path in clips.rglob("*") if path.suffix in (".bvh", ".amc", ".txt")):
+            try:
+                clip = looped(load_motion(file), LOOPED_S)
+            except SimprepError as error:  # a text that is no motion
+                print(f"left out: {error}", file=sys.stderr)
+                continue
+            chosen[f"captured {file.stem}"] = cut(clip, 0, min(len(clip), round(LONGEST_S * clip.fps)))
     return chosen
 
 
-def markdown(summaries: list[dict[str, Any]]) -> str:
-    runs, good = sum(s["n"] for s in summaries), sum(s["success"] for s in summaries)
-    whole = sum(s["success"] == s["n"] for s in summaries)
-    failed = [f"{s['motion']} ({s['n'] - s['success']} of {s['n']})" for s in summaries if s["success"] < s["n"]]
+def measured(motion: Motion, preset: str, seed: int, yardstick_s: float) -> dict[str, Any]:
+    run = track(motion, "mpc", seed, SimulationSettings(mpc=MPC_PRESETS[preset]))
+    farthest = float(np.linalg.norm(run.qpos[:, :2] - run.reference_qpos[:, :2], axis=1).max())
+    return {
+        **evaluate_run(run),
+        "tracked": run.end == "done" and farthest < FARTHEST_M,
+        "end_reason": run.end_reason,
+        "farthest_m": farthest,
+        "yardsticks": run.wall_s / run.end_s / yardstick_s if run.end_s > 0 else None,
+    }
+
+
+def markdown(summaries: list[dict[str, Any]], rows: list[dict[str, Any]], preset: str) -> str:
+    whole = sum(s["tracked"] == s["n"] for s in summaries)
     lines = [
-        f"`mpc`, {len(summaries)} motions, {runs} runs: {good} succeeded; {whole} motions succeeded with every seed.",
-        f"Failed: {', '.join(failed) or 'none'}.",
+        f"`mpc`, preset `{preset}`, {len(summaries)} motions, {len(rows)} runs: {sum(r['tracked'] for r in rows)} tracked, "
+        f"{sum(r['end'] == 'done' for r in rows)} completed; {whole} motions tracked with every seed.",
         "",
-        "| motion | success | MPJPE mm | worst | global mm | slip ratio | penetration mm |",
-        "| --- | --- | --- | --- | --- | --- | --- |",
+        "| motion | tracked | MPJPE mm | global mm | farthest m | slip ratio | penetration mm | yardsticks |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for s in summaries:
-        m, w = s["median"], s["worst"]
-        cells = [m["mpjpe_mm"], w["mpjpe_mm"], m["g_mpjpe_mm"], m["foot_slip_ratio"], w["penetration_mm"]]
-        shown = ["-" if v is None else f"{v:.1f}" if n == 3 else f"{v:.0f}" for n, v in enumerate(cells)]
-        lines.append(f"| {s['motion']} | {s['success']}/{s['n']} | {' | '.join(shown)} |")
+        lines.append(f"| {s['motion']} | {s['tracked']}/{s['n']} | {' | '.join(shown(s['median']))} |")
+    lost = [r for r in rows if not r["tracked"]]
+    lines += ["", "Not tracked:" if lost else "Not tracked: none.", ""]
+    for r in lost:
+        how = f"{r['farthest_m']:.2f} m away" if r["end"] == "done" else f"{r['end']} at {r['survived_s']:.2f} s"
+        lines.append(f"- {r['motion']}, seed {r['seed']}: {how} ({r['end_reason']})")
     return "\n".join(lines) + "\n"
+
+
+def shown(numbers: dict[str, float | None]) -> list[str]:
+    values = [(numbers[key], digits) for key, digits in zip(KEYS, DIGITS, strict=True)]
+    return ["-" if value is None else f"{value:.{digits}f}" for value, digits in values]
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--clips", type=Path, help="folder with DeepMimic clips")
+    parser.add_argument("--clips", type=Path, help="folder with capture files")
     parser.add_argument("--motions", nargs="*", default=list(library_names()), help="built-in motions; default all")
     parser.add_argument("--seeds", type=int, default=5)
+    parser.add_argument("--preset", choices=MPC_PRESETS, default="default")
     parser.add_argument("-o", "--out", type=Path, default=Path("results/tracking"))
     options = parser.parse_args()
-    table = Table(
-        "motion", "s", "done", "success", "MPJPE mm", "worst", "global mm", "slip ratio", "penetration mm", "s per s"
-    )
+    table = Table("motion", "s", "tracked", *KEYS)
     rows, summaries = [], []
     try:
         chosen = motions(options.motions, options.clips)
     except SimprepError as error:
         print(error, file=sys.stderr)
         return 2
+    yardstick_s = Yardstick().seconds()
     for name, motion in chosen.items():
         results = []
         for seed in range(options.seeds):
-            result = evaluate_run(track(motion, "mpc", seed))
+            result = measured(motion, options.preset, seed, yardstick_s)
             results.append(result)
             rows.append({"motion": name, "seed": seed, **result})
             print(name, seed, result["end"], *(f"{key}={result[key]}" for key in KEYS), file=sys.stderr, flush=True)
-        done = sum(result["end"] == "done" for result in results)
-        success = sum(bool(result["success"]) for result in results)
         numbers = {key: [float(r[key]) for r in results if r[key] is not None] for key in KEYS}
         median = {key: float(np.median(values)) if values else None for key, values in numbers.items()}
         worst = {key: max(values) if values else None for key, values in numbers.items()}
-        summaries.append(
-            {"motion": name, "n": len(results), "done": done, "success": success, "median": median, "worst": worst}
-        )
-        cells = [
-            median["mpjpe_mm"],
-            worst["mpjpe_mm"],
-            median["g_mpjpe_mm"],
-            median["foot_slip_ratio"],
-            worst["penetration_mm"],
-            median["s_per_s"],
-        ]
-        table.add_row(
-            name, f"{motion.duration:.1f}", f"{done}/{len(results)}", f"{success}/{len(results)}",
-            *("-" if value is None else f"{value:.2f}" if index in (3, 5) else f"{value:.0f}" for index, value in enumerate(cells)),
-        )  # fmt: skip
-    content = {"schema": "simprep.tracking_study/1", **provenance(sys.argv), "summary": summaries, "runs": rows}
+        tracked = sum(result["tracked"] for result in results)
+        summaries.append({"motion": name, "n": len(results), "tracked": tracked, "median": median, "worst": worst})
+        table.add_row(name, f"{motion.duration:.1f}", f"{tracked}/{len(results)}", *shown(median))
+    content = {
+        "schema": "simprep.tracking_study/2",
+        **provenance(sys.argv),
+        "preset": options.preset,
+        "yardstick_s": yardstick_s,
+    }
+    content |= {"summary": summaries, "runs": rows}
     path = save_json(options.out / "tracking.json", content)
     Console(width=130).print(table)
-    text = markdown(summaries)
+    text = markdown(summaries, rows, options.preset)
     with atomic_path(options.out / "tracking.md") as temporary:
         temporary.write_text(text, encoding="utf-8")
     print(f"written: {path}, {options.out / 'tracking.md'}")
