@@ -13,6 +13,7 @@ from simprep.cli.approach import Approach
 from simprep.cli.fight import FightCommand
 from simprep.cli.graph import Graph
 from simprep.cli.import_motion import Import
+from simprep.cli.push import PushCommand
 from simprep.cli.track import Track
 from simprep.cli.train import Train
 from simprep.cli.validate import Validate
@@ -24,6 +25,7 @@ OK, FAILED, USAGE, INTERRUPTED = 0, 1, 2, 130
 Command = (
     Annotated[Validate, tyro.conf.subcommand("validate")]
     | Annotated[Track, tyro.conf.subcommand("track")]
+    | Annotated[PushCommand, tyro.conf.subcommand("push")]
     | Annotated[Import, tyro.conf.subcommand("import")]
     | Annotated[duel.Duel, tyro.conf.subcommand("duel", description=duel.DESCRIPTION)]
     | Annotated[FightCommand, tyro.conf.subcommand("fight")]

@@ -16,7 +16,7 @@ from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.store import read_run
 
-COMMANDS = ("validate", "track", "import", "library", "train", "approach", "graph")
+COMMANDS = ("validate", "track", "import", "library", "train", "approach", "graph", "push")
 TRACK_KEYS = {
     "success", "end", "fell_at_s", "g_mpjpe_mm", "mpjpe_mm", "foot_slip_ratio", "penetration_mm", "s_per_s", "assist_n",
 }  # fmt: skip
@@ -162,7 +162,7 @@ def test_every_command_has_json_and_quiet(words, kind, monkeypatch, capsys):
     monkeypatch.setattr(kind, "_run", work)
     needed = {"approach": ["--goal", "1,0"], "fetch": ["cmu"], "synthetic": ["kickboxing"]}.get(words[-1])
     if needed is None:
-        needed = ["x"] if words[-1] in ("track", "import", "join", "label", "analyse", "show") else []
+        needed = ["x"] if words[-1] in ("track", "push", "import", "join", "label", "analyse", "show") else []
     printed = {}
     for flags in ([], ["--quiet"], ["--json"], ["--json", "--quiet"]):
         assert main([*words, *needed, *flags]) == 0
