@@ -58,7 +58,6 @@ class PushCommand(BaseCommand):
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.cli.resolve import DEFAULT_LOOP_S, resolve_motion, select
-        from simprep.errors import SettingError
         from simprep.physics.mpc import MPC_PRESETS
         from simprep.physics.simulate import SimulationSettings
         from simprep.report.gl import pictures_or_warning
@@ -66,28 +65,28 @@ class PushCommand(BaseCommand):
         from simprep.report.results import provenance, save_json
         from simprep.study.push_limits import AFTER_S, PushSettings, push_limits
 
-        for option, count, most in (("--directions", self.directions, 360), ("--seeds", self.seeds, 1000)):
-            if not 1 <= count <= most:
-                raise SettingError(f"{option} {count}; valid: 1 to {most}")
         motion = resolve_motion(self.motion, output.warn, self.library)
         at = (DEFAULT_LOOP_S if motion.loop else motion.duration) / 2 if self.at is None else self.at
-        angles = tuple(360 * k / self.directions for k in range(self.directions))
         wishes = (self.duration, self.segment, self.largest, self.tolerance, tuple(range(self.seeds)))
-        settings = PushSettings(at, angles, *wishes)
+        settings = PushSettings(at, tuple(360 * k / self.directions for k in range(self.directions)), *wishes)
         # a loop goes on as long as the push needs, within reason
         seconds = min(max(DEFAULT_LOOP_S, at + self.duration + AFTER_S), 600.0) if motion.loop else None
         motion = select(motion, None, seconds, output.warn)
-        simulation = SimulationSettings(mpc=MPC_PRESETS[self.preset])
         with output.progress() as bar:
-            task = bar.add_task("pushing", total=self.directions * self.seeds)
-            tell = lambda what, done: bar.update(task, description=what, completed=done)  # noqa: E731
-            limits = push_limits(motion, settings, simulation=simulation, on_progress=tell)
-        if any(limits.fell_unpushed):
-            seeds = ", ".join(str(seed) for seed, fell in zip(settings.seeds, limits.fell_unpushed) if fell)
-            output.warn(f"{motion.name} falls without any push (seed {seeds}); the largest push survived is 0 there")
+            task = bar.add_task("without a push", total=self.directions * self.seeds)
+            limits = push_limits(
+                motion,
+                settings,
+                simulation=SimulationSettings(mpc=MPC_PRESETS[self.preset]),
+                on_progress=lambda what, done: bar.update(task, description=what, completed=done),
+            )
+        folder, table = self.out or Path("results") / "push" / motion.name, limits.by_direction()
+        if fallen := sum(limits.fell_unpushed):
+            output.warn(f"{motion.name} falls without any push with {fallen} of {self.seeds} seeds; their largest is 0")
+        if any(table["at_least"]):
+            output.warn(f"the largest force tried, {self.largest:g} N, was survived; the limit may lie above it")
         if limits.watched_s < AFTER_S - 0.1:
             output.warn(f"{motion.name} ends {limits.watched_s:.2f} s after the push; a later fall is not seen")
-        folder, table = self.out or Path("results") / "push" / motion.name, limits.by_direction()
         title = f"{motion.name}: largest push survived, {self.duration:g} s on {self.segment} at {at:.2f} s"
         files = [folder / "metrics.json"]
         with pictures_or_warning("no plot", output.warn):
@@ -96,20 +95,20 @@ class PushCommand(BaseCommand):
             "schema": "simprep.push/1",
             **provenance(output_module.arguments),
             "motion": motion.name,
-            "source": motion.source,
             "preset": self.preset,
             "n": self.seeds,
-            "interval": "least to largest of the seeds",
             **asdict(settings),
-            **{key: value for key, value in vars(limits).items() if key != "settings"},
+            "force_n": limits.force_n,
+            "fell_unpushed": limits.fell_unpushed,
+            "watched_s": limits.watched_s,
+            "assist_n": limits.assist_n,
             **table,
             "warnings": output.warnings,
             "files": [path.name for path in files],
         }
         save_json(folder / "metrics.json", content)
         output.say(title)
-        for direction, force, low, high, more in zip(*table.values()):
-            note = "; a seed survived the largest tried" if more else ""
-            output.say(f"{direction:6.1f} degrees: {force:.0f} N ({low:.0f} to {high:.0f}){note}")
+        rows = zip(*table.values())
+        output.say_metrics({f"{a:g} degrees [N]": f"{m:.0f} ({low:.0f} to {high:.0f})" for a, m, low, high, _ in rows})
         output.say(f"written: {', '.join(map(str, files))}")
         return content

@@ -8,7 +8,7 @@ import numpy as np
 
 from simprep.report.figures import COLOURS, new_figure, save_figure
 
-NAMES = {0: "\nforward", 90: "\nleft", 180: "\nbackward", 270: "\nright"}
+TICKS = ("0°\nforward", "45°", "90°\nleft", "135°", "180°\nbackward", "225°", "270°\nright", "315°")
 
 
 def plot_push_limits(table: Mapping[str, Sequence[Any]], path: str | Path, title: str) -> Path:
@@ -41,7 +41,7 @@ def plot_push_limits(table: Mapping[str, Sequence[Any]], path: str | Path, title
     axes.set_rlim(0, 1.15 * max(float(high.max()), 1.0))
     axes.set_rlabel_position(22.5)
     axes.yaxis.set_major_formatter("{x:.0f} N")
-    axes.set_thetagrids(range(0, 360, 45), [f"{tick}°{NAMES.get(tick, '')}" for tick in range(0, 360, 45)])
+    axes.set_thetagrids(range(0, 360, 45), TICKS)
     axes.tick_params(labelsize=8)
     axes.tick_params(axis="x", pad=10)
     axes.grid(alpha=0.3)

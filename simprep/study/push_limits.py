@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from simprep.errors import MotionError, SettingError, UnknownNameError
+from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.edit import cut, yaw
 from simprep.motion.motion import Motion
 from simprep.physics.controller import ControllerFactory
@@ -52,53 +52,44 @@ class PushSettings:
 
 @dataclass(frozen=True)
 class PushLimits:
-    """The largest pushes survived. Rows are directions, columns seeds.
+    """The largest pushes survived.
 
     Attributes:
         settings: what was tried.
-        force_n: the largest force that was tried and survived [N].
-        at_least: it is the largest of the settings, so that the limit may lie above it.
+        force_n: of each direction and each seed, the largest force that was tried and survived [N].
         fell_unpushed: of each seed, whether the motion fails without any push; its forces are 0.
-        heading_deg: the motion's heading at the push, against the world's x, counter-clockwise [degrees].
         watched_s: what was simulated after the push [s].
         assist_n: largest external force of any run [N].
-        runs: number of simulations.
     """
 
     settings: PushSettings
     force_n: tuple[tuple[float, ...], ...]
-    at_least: tuple[tuple[bool, ...], ...]
     fell_unpushed: tuple[bool, ...]
-    heading_deg: float
     watched_s: float
     assist_n: float
-    runs: int
 
     def by_direction(self) -> dict[str, list[Any]]:
-        """Over the seeds: `max_force_n` the median, `low_n` the least, `high_n` the largest [N]; `at_least` for any."""
+        """Over the seeds: median, least and largest [N]; `at_least`: a seed survived the largest force of the settings."""
         return {
             "directions_deg": list(self.settings.directions_deg),
-            "max_force_n": [float(np.median(row)) for row in self.force_n],
-            "low_n": [min(row) for row in self.force_n],
-            "high_n": [max(row) for row in self.force_n],
-            "at_least": [any(row) for row in self.at_least],
+            "max_force_n": [float(np.median(forces)) for forces in self.force_n],
+            "low_n": [min(forces) for forces in self.force_n],
+            "high_n": [max(forces) for forces in self.force_n],
+            "at_least": [max(forces) == self.settings.largest_n for forces in self.force_n],
         }
 
 
-def largest_survived(survives: Callable[[float], bool], largest: float, tolerance: float) -> tuple[float, bool]:
-    """Bisect for the largest force survived [N], given that 0 is; and whether it is `largest` itself.
+def largest_survived(survives: Callable[[float], bool], largest: float, tolerance: float) -> float:
+    """Bisect for the largest force survived, given that 0 is. It was tried, or is 0.
 
-    The force was tried, or is 0. Unless it is `largest`, one that is larger by the tolerance at most was not survived.
-    Where survival is not monotone in the force, this is one of several limits.
+    Unless it is `largest`, a force that is larger by the tolerance at most was not survived. Where survival is not
+    monotone in the force, this is one of several limits.
     """
-    low, high, bounded = 0.0, largest, False
+    low, high = 0.0, largest
     while high - low > tolerance:
         middle = (low + high) / 2
-        if survives(middle):
-            low = middle
-        else:
-            high, bounded = middle, True
-    return (largest, True) if not bounded and survives(largest) else (low, False)  # tried last: it seldom is needed
+        low, high = (middle, high) if survives(middle) else (low, middle)
+    return largest if high == largest and survives(largest) else low  # tried last: it seldom is needed
 
 
 def push_limits(
@@ -115,21 +106,25 @@ def push_limits(
     survived. Each seed is also run without a push; where that fails, every limit of the seed is 0.
 
     Args:
-        motion: what to track; no loop (see `simprep.motion.edit.repeat`).
-        settings: the pushes.
+        motion: what to track; of a loop one cycle (see `simprep.motion.edit.repeat`).
+        settings: the pushes. A SettingError says so if they are not within the motion, an UnknownNameError if the body
+            has no such segment.
         controller: as of `simprep.track`.
         simulation: as of `simprep.track`; the push is added to its pushes.
         on_progress: called with what is being done and the number of searches finished.
-
-    Raises:
-        MotionError: a loop.
-        SettingError: the push does not lie within the motion.
-        UnknownNameError: the body has no such segment.
     """
-    clip, start = _around_push(motion, settings)
-    simulation = simulation or SimulationSettings()
+    if settings.segment not in motion.character.segments:
+        raise UnknownNameError("segment", settings.segment, motion.character.segments)
+    end, duration = settings.at_s + settings.duration_s, (len(motion) - 1) / motion.fps
+    if not 0 <= settings.at_s < end < duration:
+        raise SettingError(
+            f"push from {settings.at_s:g} to {end:g} s; valid: within {motion.name}, 0 to {duration:g} s"
+        )
+    first = max(0, int((settings.at_s - BEFORE_S) * motion.fps))
+    clip = cut(motion, first, min(len(motion), int(np.ceil((end + AFTER_S) * motion.fps)) + 1))
+    start = settings.at_s - first / motion.fps
     heading = float(yaw(motion.qpos[round(settings.at_s * motion.fps), 3:7]))
-    assist: list[float] = []
+    simulation, assist = simulation or SimulationSettings(), []
 
     def completes(seed: int, angle: float, force: float) -> bool:
         push = Push(settings.segment, start, settings.duration_s, (force * np.cos(angle), force * np.sin(angle), 0.0))
@@ -137,41 +132,16 @@ def push_limits(
         assist.append(run.assist.force_n)
         return run.end == DONE
 
-    columns, fell = [], []
-    for seed in settings.seeds:
-        fell.append(not completes(seed, 0.0, 0.0))
-        column = []
-        for direction in settings.directions_deg:
+    fell = tuple(not completes(seed, 0.0, 0.0) for seed in settings.seeds)
+    force_n: list[tuple[float, ...]] = []
+    for direction in settings.directions_deg:
+        row: list[float] = []
+        for seed, falls in zip(settings.seeds, fell):
             if on_progress:
-                done = len(columns) * len(settings.directions_deg) + len(column)
-                on_progress(f"seed {seed}, {direction:g} degrees", done)
+                on_progress(f"{direction:g} degrees, seed {seed}", len(force_n) * len(fell) + len(row))
             survives = partial(completes, seed, heading + np.radians(direction))
-            search = (survives, settings.largest_n, settings.tolerance_n)
-            column.append((0.0, False) if fell[-1] else largest_survived(*search))
-        columns.append(column)
-    rows = list(zip(*columns))
+            row.append(0.0 if falls else largest_survived(survives, settings.largest_n, settings.tolerance_n))
+        force_n.append(tuple(row))
     return PushLimits(
-        settings=settings,
-        force_n=tuple(tuple(force for force, _ in row) for row in rows),
-        at_least=tuple(tuple(flag for _, flag in row) for row in rows),
-        fell_unpushed=tuple(fell),
-        heading_deg=float(np.degrees(heading)),
-        watched_s=clip.duration - start - settings.duration_s,
-        assist_n=max(assist),
-        runs=len(assist),
+        settings, tuple(force_n), fell, (len(clip) - 1) / clip.fps - start - settings.duration_s, max(assist)
     )
-
-
-def _around_push(motion: Motion, settings: PushSettings) -> tuple[Motion, float]:
-    """The part of a motion that is simulated, and the push's time in it [s]."""
-    if motion.loop:
-        raise MotionError(f"{motion.name} is a loop; repeat it first, as a push needs a motion that ends")
-    if settings.segment not in motion.character.segments:
-        raise UnknownNameError("segment", settings.segment, motion.character.segments)
-    end = settings.at_s + settings.duration_s
-    if not 0 <= settings.at_s < end < motion.duration:
-        span = f"{settings.at_s:g} to {end:g} s"
-        raise SettingError(f"push from {span}; valid: within {motion.name}, 0 to {motion.duration:g} s")
-    first = max(0, int((settings.at_s - BEFORE_S) * motion.fps))
-    after = min(len(motion), int(np.ceil((end + AFTER_S) * motion.fps)) + 1)
-    return cut(motion, first, after), settings.at_s - first / motion.fps
