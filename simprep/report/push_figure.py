@@ -38,7 +38,7 @@ def plot_push_limits(table: Mapping[str, Sequence[Any]], path: str | Path, title
         axes.plot(angle[flagged], high[flagged], "^", mfc="none", color=COLOURS[3], label="largest tried, survived")
     for place, force in zip(angle, median):
         axes.annotate(f"{force:.0f} N", (place, force), (5, 5), textcoords="offset points", fontsize=7)
-    axes.set_rlim(0, 1.15 * max(float(high.max()), 1.0))
+    axes.set_rlim(0, 1.15 * max(float(high.max()), 100.0))
     axes.set_rlabel_position(22.5)
     axes.yaxis.set_major_formatter("{x:.0f} N")
     axes.set_thetagrids(range(0, 360, 45), TICKS)
