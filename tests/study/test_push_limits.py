@@ -101,10 +101,11 @@ def test_directions_are_those_of_the_heading(fake, turn):
     push_limits(motion, PushSettings(1.0, (0.0, 90.0), seeds=(0,)))
     forces = np.array([push.force for _, push in runs.calls if np.any(push.force)])
     assert not forces[:, 2].any()
-    angles = np.degrees(np.arctan2(forces[:, 1], forces[:, 0]))
-    half = len(forces) // 2
-    np.testing.assert_allclose((angles[:half] - turn) % 360 % 359.999, 0, atol=0.01)
-    np.testing.assert_allclose((angles[half:] - turn) % 360, 90, atol=0.01)
+    heading = np.array([np.cos(np.radians(turn)), np.sin(np.radians(turn))])
+    units = forces[:, :2] / np.linalg.norm(forces, axis=1, keepdims=True)
+    half = len(units) // 2
+    np.testing.assert_allclose(units[:half], np.tile(heading, (half, 1)), atol=1e-9)
+    np.testing.assert_allclose(units[half:], np.tile([-heading[1], heading[0]], (half, 1)), atol=1e-9)
 
 
 @pytest.mark.parametrize(
