@@ -25,15 +25,15 @@ import json
 import resource
 import sys
 import tempfile
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from time import perf_counter, process_time
+from time import process_time
 
 import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
+from measuring.yardstick import Yardstick, best_rate
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.approach import approach
 from simprep.controller.runtime.performer import RuntimeSettings
@@ -58,11 +58,6 @@ MPC_SECONDS = 3.0
 PREPARED_SECONDS = 6.0
 FIGHT_SECONDS = 60.0
 SIMULATIONS, SIMULATION_STEPS = 64, 240
-
-YARDSTICK = Path(__file__).with_name("yardstick.xml")
-YARDSTICK_STEPS, YARDSTICK_BATCH, YARDSTICK_THREADS = 100_000, 28, 2
-YARDSTICK_ROLLOUT = 60
-"""Steps from standing until the batch begins again [1]: half a second, the planner's look-ahead."""
 
 # name, parent, offset [cm] (y up, x left, z forward), swing amplitude [deg] about x
 SKELETON = (
@@ -109,16 +104,6 @@ def synthetic_bvh(frames: int = 600, fps: float = 60.0) -> str:
     return "\n".join([*lines, "MOTION", f"Frames: {frames}", f"Frame Time: {1 / fps:.6f}", *rows, ""])
 
 
-def best_rate(work: Callable[[], float], repeats: int = 3) -> float:
-    """Largest of a few rates: work returns how much it did [1]; the rate is per second."""
-    rates = []
-    for _ in range(repeats):
-        begin = perf_counter()
-        amount = work()
-        rates.append(amount / (perf_counter() - begin))
-    return max(rates)
-
-
 def simulation_rate(threads: int) -> float:
     """Simulation steps per second of the standing humanoid."""
     model = build_scene()
@@ -133,37 +118,6 @@ def simulation_rate(threads: int) -> float:
         return float(SIMULATIONS * SIMULATION_STEPS)
 
     return best_rate(work)
-
-
-class Yardstick:
-    """The frozen model, simulated in a batch from standing, with constant controls."""
-
-    def __init__(self) -> None:
-        self.model = mujoco.MjModel.from_xml_path(str(YARDSTICK))
-        self.batch = Batch(self.model, YARDSTICK_BATCH, nthread=YARDSTICK_THREADS)
-        self._qpos = self.batch.bind("qpos")
-        self._at_rest = [self.batch.bind(name) for name in ("qvel", "qacc_warmstart", "time")]
-        self._control = np.zeros((YARDSTICK_BATCH, YARDSTICK_ROLLOUT, self.model.nu))
-
-    def rollout(self) -> np.ndarray:
-        """One rollout of the batch; (YARDSTICK_BATCH, YARDSTICK_ROLLOUT, nq) poses after every step."""
-        self._qpos[:] = self.model.qpos0
-        for state in self._at_rest:
-            state[:] = 0.0
-        spec = mujoco.mjtState.mjSTATE_CTRL
-        return self.batch.rollout(YARDSTICK_ROLLOUT, control=self._control, control_spec=spec, record=("qpos",))["qpos"]
-
-    def seconds(self) -> float:
-        """How long YARDSTICK_STEPS steps take [s]."""
-        per_rollout = YARDSTICK_BATCH * YARDSTICK_ROLLOUT
-        rollouts = -(-YARDSTICK_STEPS // per_rollout)
-
-        def work() -> float:
-            for _ in range(rollouts):
-                self.rollout()
-            return rollouts * per_rollout / YARDSTICK_STEPS
-
-        return 1.0 / best_rate(work)
 
 
 def in_yardsticks(numbers: dict[str, float], yardstick_s: float) -> dict[str, float]:

@@ -17,7 +17,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from bench import Yardstick
+from measuring.yardstick import Yardstick
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
 from simprep.library import library_motion, library_names

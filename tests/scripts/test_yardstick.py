@@ -6,7 +6,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from bench import YARDSTICK, YARDSTICK_BATCH, YARDSTICK_ROLLOUT, Yardstick, in_yardsticks
+from bench import in_yardsticks
+from measuring.yardstick import YARDSTICK, YARDSTICK_BATCH, YARDSTICK_ROLLOUT, Yardstick
 
 SHA256 = "a7ac17962795122e4ea69fa7595d059d180d313874b0e132b386a971cd9173b6"
 

@@ -1,0 +1,55 @@
+"""The yardstick: how long a frozen model takes, so that costs compare between machines."""
+
+from collections.abc import Callable
+from pathlib import Path
+from time import perf_counter
+
+import mujoco
+import numpy as np
+from mujoco.batch import Batch
+
+YARDSTICK = Path(__file__).parents[1] / "yardstick.xml"
+YARDSTICK_STEPS, YARDSTICK_BATCH, YARDSTICK_THREADS = 100_000, 28, 2
+YARDSTICK_ROLLOUT = 60
+"""Steps from standing until the batch begins again [1]: half a second, the planner's look-ahead."""
+
+
+def best_rate(work: Callable[[], float], repeats: int = 3) -> float:
+    """Largest of a few rates: work returns how much it did [1]; the rate is per second."""
+    rates = []
+    for _ in range(repeats):
+        begin = perf_counter()
+        amount = work()
+        rates.append(amount / (perf_counter() - begin))
+    return max(rates)
+
+
+class Yardstick:
+    """The frozen model, simulated in a batch from standing, with constant controls."""
+
+    def __init__(self) -> None:
+        self.model = mujoco.MjModel.from_xml_path(str(YARDSTICK))
+        self.batch = Batch(self.model, YARDSTICK_BATCH, nthread=YARDSTICK_THREADS)
+        self._qpos = self.batch.bind("qpos")
+        self._at_rest = [self.batch.bind(name) for name in ("qvel", "qacc_warmstart", "time")]
+        self._control = np.zeros((YARDSTICK_BATCH, YARDSTICK_ROLLOUT, self.model.nu))
+
+    def rollout(self) -> np.ndarray:
+        """One rollout of the batch; (YARDSTICK_BATCH, YARDSTICK_ROLLOUT, nq) poses after every step."""
+        self._qpos[:] = self.model.qpos0
+        for state in self._at_rest:
+            state[:] = 0.0
+        spec = mujoco.mjtState.mjSTATE_CTRL
+        return self.batch.rollout(YARDSTICK_ROLLOUT, control=self._control, control_spec=spec, record=("qpos",))["qpos"]
+
+    def seconds(self) -> float:
+        """How long YARDSTICK_STEPS steps take [s]."""
+        per_rollout = YARDSTICK_BATCH * YARDSTICK_ROLLOUT
+        rollouts = -(-YARDSTICK_STEPS // per_rollout)
+
+        def work() -> float:
+            for _ in range(rollouts):
+                self.rollout()
+            return rollouts * per_rollout / YARDSTICK_STEPS
+
+        return 1.0 / best_rate(work)
