@@ -41,7 +41,7 @@ class PushCommand(BaseCommand):
     preset: Literal["live", "default", "bake"] = "default"
     """How much mpc computes: live least, bake most."""
 
-    largest: float = 800.0
+    largest: float = 1600.0
     """The largest force that is tried [N]."""
 
     tolerance: float = 20.0

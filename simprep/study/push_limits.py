@@ -37,7 +37,7 @@ class PushSettings:
     directions_deg: tuple[float, ...] = tuple(45.0 * k for k in range(8))
     duration_s: float = 0.2
     segment: str = "pelvis"
-    largest_n: float = 800.0
+    largest_n: float = 1600.0
     tolerance_n: float = 20.0
     seeds: tuple[int, ...] = (0, 1, 2)
 

@@ -91,7 +91,7 @@ def test_a_motion_that_falls_unpushed_has_the_limit_0_without_a_search(fake):
     assert limits.fell_unpushed == (False, True)
     assert [forces[1] for forces in limits.force_n] == [0, 0]
     assert min(forces[0] for forces in limits.force_n) > 480
-    assert len(runs.calls) < 2 + 2 * 7
+    assert len(runs.calls) < 2 + 2 * 8
 
 
 @pytest.mark.parametrize("turn", [0.0, 70.0, -135.0])
@@ -188,7 +188,7 @@ def test_what_the_numbers_cannot_say_is_a_warning(fake, still_file, tmp_path, ca
     assert main(["push", still_file, "--directions", "2", "--seeds", "2", "-o", str(tmp_path), "--at", "0.5"]) == 0
     printed = capsys.readouterr()
     assert "still falls without any push with 1 of 2 seeds" in printed.err
-    assert "800 N, was survived; the limit may lie above it" in printed.err
+    assert "1600 N, was survived; the limit may lie above it" in printed.err
 
 
 def test_a_loop_is_repeated_until_the_push_is_over(fake, tmp_path):
