@@ -3,6 +3,7 @@
 import contextlib
 import json
 import sys
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -96,7 +97,7 @@ class Output:
         )
 
 
-class BaseCommand:
+class BaseCommand(ABC):
     """A command of the command line, whose options are its fields."""
 
     json: bool
@@ -110,9 +111,9 @@ class BaseCommand:
         output.result(content)
         return content
 
+    @abstractmethod
     def _run(self, output: Output) -> Mapping[str, Any] | Sequence[Any]:
         """What the command does; it prints for people itself, and returns what `--json` prints."""
-        raise NotImplementedError
 
 
 def _console(stream: Any) -> Console:
