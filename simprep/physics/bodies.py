@@ -6,8 +6,8 @@ from functools import cached_property
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import IndexArray
 from simprep.character import Character
 from simprep.errors import SettingError
 from simprep.scene import body_prefix
@@ -15,8 +15,6 @@ from simprep.scene import body_prefix
 WORLD = -1
 """Owner of geoms that belong to no body."""
 _TRUNK_ROLES = ("pelvis", "abdomen", "thorax", "neck", "head")
-
-IntArray = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,8 +46,8 @@ class SceneBody:
     segments: slice
     segment_names: tuple[str, ...]
     joint_names: tuple[str, ...]
-    joint_qpos: IntArray
-    joint_qvel: IntArray
+    joint_qpos: IndexArray
+    joint_qvel: IndexArray
 
     def segment(self, name: str) -> int:
         """Index of a segment in `segment_names`, by its name without prefix.
@@ -111,7 +109,7 @@ def _scene_body(model: mujoco.MjModel, character: Character, number: int, free: 
     )
 
 
-def geom_owners(model: mujoco.MjModel, bodies: Sequence[SceneBody]) -> tuple[IntArray, IntArray]:
+def geom_owners(model: mujoco.MjModel, bodies: Sequence[SceneBody]) -> tuple[IndexArray, IndexArray]:
     """Owner and segment of every geom of a scene, both (ngeom,); `WORLD` if there is none.
 
     The owner is the number of a body, the segment an index in its `segment_names`.

@@ -5,15 +5,13 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.physics.bodies import SceneBody, geom_owners
 from simprep.physics.overlap import between_bodies, deepest_overlap
 
 TOLERANCE_S = 1 / 60
 """Touches of the same two segments within this time are one contact."""
-
-FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

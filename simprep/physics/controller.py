@@ -22,8 +22,8 @@ from typing import Any, Protocol
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.physics.bodies import SceneBody
 from simprep.physics.reference import Reference
 from simprep.scene import SceneSettings
@@ -57,7 +57,7 @@ class Controller(Protocol):
     name: str
     """For tables, files and the record."""
 
-    def target(self, step: int, data: mujoco.MjData) -> NDArray[np.float64]:
+    def target(self, step: int, data: mujoco.MjData) -> FloatArray:
         """Servo targets for the coming step, (model.nu,) joint angles of all bodies' actuators [rad].
 
         Args:
@@ -79,7 +79,7 @@ class ControllerFactory(Protocol):
         ...
 
 
-def feedforward_targets(reference: Reference, body: SceneBody) -> NDArray[np.float64]:
+def feedforward_targets(reference: Reference, body: SceneBody) -> FloatArray:
     """Servo targets (N + 1, controls) that reproduce the reference's velocity, q* + (kd / kp) q̇* [rad].
 
     A servo with torque kp (u - q) - kd q̇ brakes its joint unless the target leads by this much. Entry k is the target
@@ -104,7 +104,7 @@ class PdController:
             [feedforward_targets(one, body) for one, body in zip(task.references, task.bodies)], axis=1
         )
 
-    def target(self, step: int, data: mujoco.MjData) -> NDArray[np.float64]:
+    def target(self, step: int, data: mujoco.MjData) -> FloatArray:
         """Servo targets for the coming step (see `Controller.target`)."""
         return np.asarray(self._targets[step])
 

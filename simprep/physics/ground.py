@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.physics.bodies import SceneBody
 
 LEAST_LOAD_N = 20.0
@@ -22,9 +22,9 @@ class GroundReading:
         penetration: deepest overlap with the floor [m].
     """
 
-    force: NDArray[np.float64]
-    foot_force: NDArray[np.float64]
-    centre_of_pressure: NDArray[np.float64]
+    force: FloatArray
+    foot_force: FloatArray
+    centre_of_pressure: FloatArray
     penetration: float
 
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import lsq_linear, nnls
 
+from simprep.arrays import FloatArray
 from simprep.humanoid import GRAVITY
 from simprep.motion.kinematics import bearing_points
 from simprep.physics.bodies import scene_bodies
@@ -40,7 +40,7 @@ class InverseDynamicsSettings:
     friction: float = 0.8
 
 
-def needed_torques(reference: Reference, settings: InverseDynamicsSettings | None = None) -> NDArray[np.float64]:
+def needed_torques(reference: Reference, settings: InverseDynamicsSettings | None = None) -> FloatArray:
     """Actuator torques (N + 1, controls) that the reference needs, by inverse dynamics (`mj_inverse`) [N m].
 
     In each frame, contact forces within the friction pyramid, at all points near the floor, supply the root's six rows
@@ -53,10 +53,9 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
     """
     settings = settings or InverseDynamicsSettings()
     fps = reference.motion.fps
-    model = copy(reference.motion.character.model)  # a copy, because the model is shared
-    model.opt.disableflags |= int(
-        mujoco.mjtDisableBit.mjDSBL_CONSTRAINT
-    )  # contacts are found here, limits must not push
+    # a copy, because the model is shared; contacts are found here, and limits must not push
+    model = copy(reference.motion.character.model)
+    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     data = mujoco.MjData(model)
     sigma = settings.smoothing * fps
     qvel = gaussian_filter1d(reference.qvel, sigma, axis=0, mode="nearest")
@@ -76,7 +75,7 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
     return np.asarray(gaussian_filter1d(dense, sigma, axis=0, mode="nearest"))
 
 
-def nonnegative_least_squares(matrix: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.float64]:
+def nonnegative_least_squares(matrix: FloatArray, wanted: FloatArray) -> FloatArray:
     """x >= 0 (n,) that minimises the norm of matrix x - wanted, for a matrix (m, n) and wanted (m,)."""
     try:
         return np.asarray(nnls(matrix, wanted)[0])
@@ -84,7 +83,7 @@ def nonnegative_least_squares(matrix: NDArray[np.float64], wanted: NDArray[np.fl
         return np.maximum(lsq_linear(matrix, wanted, bounds=(0.0, np.inf), tol=1e-10).x, 0.0)
 
 
-def _contact_candidates(model: mujoco.MjModel) -> list[tuple[int, int, NDArray[np.float64], float]]:
+def _contact_candidates(model: mujoco.MjModel) -> list[tuple[int, int, FloatArray, float]]:
     """Points that can touch the floor: (body, geom, centre in the geom's frame, radius about it)."""
     return [
         (int(model.geom_bodyid[geom]), geom, centre, radius)
@@ -96,10 +95,10 @@ def _contact_candidates(model: mujoco.MjModel) -> list[tuple[int, int, NDArray[n
 def _contact_torques(
     model: mujoco.MjModel,
     data: mujoco.MjData,
-    candidates: list[tuple[int, int, NDArray[np.float64], float]],
-    needed: NDArray[np.float64],
+    candidates: list[tuple[int, int, FloatArray, float]],
+    needed: FloatArray,
     settings: InverseDynamicsSettings,
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Generalised force (nv,) of the contact forces that supply the root's rows best."""
     jacobians, heights = [], []
     jacobian = np.zeros((3, model.nv))

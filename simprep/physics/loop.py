@@ -10,6 +10,7 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.arrays import FloatArray
 from simprep.errors import SettingError
 from simprep.physics.bodies import SceneBody
 from simprep.physics.contacts import ContactReader
@@ -121,7 +122,7 @@ def run_loop(
     return Recording(recorders, between, taken, end, reason, fallen, push.largest, wall, share)
 
 
-def _targets(controller: Controller, step: int, data: mujoco.MjData) -> NDArray[np.float64]:
+def _targets(controller: Controller, step: int, data: mujoco.MjData) -> FloatArray:
     targets = controller.target(step, data)
     if np.shape(targets) != data.ctrl.shape:
         raise SettingError(

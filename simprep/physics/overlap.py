@@ -8,15 +8,14 @@ import mujoco
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.character import Character
 from simprep.errors import MotionError
-from simprep.physics.bodies import IntArray, SceneBody, geom_owners, scene_bodies
+from simprep.physics.bodies import SceneBody, geom_owners, scene_bodies
 from simprep.scene import SceneSettings, build_scene
 
-FloatArray = NDArray[np.float64]
 
-
-def between_bodies(contact_geoms: NDArray[Any], owner: IntArray) -> NDArray[np.bool_]:
+def between_bodies(contact_geoms: NDArray[Any], owner: IndexArray) -> BoolArray:
     """Which contacts (ncon,) are between two different bodies.
 
     Args:
@@ -27,7 +26,7 @@ def between_bodies(contact_geoms: NDArray[Any], owner: IntArray) -> NDArray[np.b
     return np.asarray((owners[:, 0] != owners[:, 1]) & (owners >= 0).all(axis=1))
 
 
-def deepest_overlap(data: mujoco.MjData, owner: IntArray) -> float:
+def deepest_overlap(data: mujoco.MjData, owner: IndexArray) -> float:
     """Depth of the deepest overlap between two bodies among the present contacts, 0 or more [m].
 
     Args:
@@ -84,7 +83,7 @@ def overlap_of_poses(poses: Sequence[ArrayLike], bodies: Sequence[Character]) ->
 
 
 @lru_cache(maxsize=4)
-def _scene(bodies: tuple[Character, ...]) -> tuple[mujoco.MjModel, tuple[SceneBody, ...], IntArray]:
+def _scene(bodies: tuple[Character, ...]) -> tuple[mujoco.MjModel, tuple[SceneBody, ...], IndexArray]:
     model = build_scene(SceneSettings(bodies))
     layout = scene_bodies(model, bodies)
     return model, layout, geom_owners(model, layout)[0]

@@ -10,9 +10,9 @@ from typing import Any
 
 import mujoco
 import numpy as np
-from numpy.typing import NDArray
 
-from simprep.physics.bodies import IntArray, SceneBody, scene_bodies
+from simprep.arrays import FloatArray, IndexArray
+from simprep.physics.bodies import SceneBody, scene_bodies
 from simprep.scene import SceneSettings, scene_spec
 
 
@@ -31,14 +31,14 @@ class Planner:
     """
 
     model: mujoco.MjModel
-    qpos: IntArray
-    qvel: IntArray
-    controls: IntArray
-    dofs: tuple[IntArray, ...]
+    qpos: IndexArray
+    qvel: IndexArray
+    controls: IndexArray
+    dofs: tuple[IndexArray, ...]
     bodies: tuple[SceneBody, ...]
     fused: tuple[int, ...]
 
-    def fused_orientations(self, data: mujoco.MjData) -> Iterator[tuple[int, NDArray[np.float64]]]:
+    def fused_orientations(self, data: mujoco.MjData) -> Iterator[tuple[int, FloatArray]]:
         """Model id of each fixed segment, and its orientation (4,) wxyz in its parent's frame in the world's state."""
         inverse, relative = np.zeros(4), np.zeros(4)
         for segment in self.fused:
@@ -80,5 +80,5 @@ def _is_free(joint: Any) -> bool:
     return bool(joint.type[0] == mujoco.mjtJoint.mjJNT_FREE)
 
 
-def _entries(first: int, count: int) -> IntArray:
+def _entries(first: int, count: int) -> IndexArray:
     return np.arange(first, first + count, dtype=np.intp)

@@ -4,9 +4,9 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
+from simprep.arrays import FloatArray
 from simprep.errors import MotionError
 from simprep.motion.edit import resample, sample
 from simprep.motion.kinematics import Kinematics, body_clearance, forward_kinematics
@@ -44,10 +44,10 @@ class Reference:
     """
 
     motion: Motion
-    qpos: NDArray[np.float64]
-    qvel: NDArray[np.float64]
+    qpos: FloatArray
+    qvel: FloatArray
     kinematics: Kinematics
-    clearance: NDArray[np.float64]
+    clearance: FloatArray
     processing: dict[str, Any]
 
 
@@ -91,7 +91,7 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
     )
 
 
-def _smooth(qpos: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
+def _smooth(qpos: FloatArray, sigma: float) -> FloatArray:
     out = qpos.copy()
     out[:, 3:7] = continuous_quat(qpos[:, 3:7])
     # point reflection keeps value and slope at the ends
@@ -102,7 +102,7 @@ def _smooth(qpos: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
     return np.asarray(out)
 
 
-def _lift_offset(depth: NDArray[np.float64], sigma: float) -> NDArray[np.float64]:
+def _lift_offset(depth: FloatArray, sigma: float) -> FloatArray:
     """Smooth offset, 0 or more, that is at least the depth everywhere."""
     needed = np.maximum(depth, 0.0)
     if needed.max() <= 0:

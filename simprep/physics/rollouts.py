@@ -4,14 +4,13 @@ from collections.abc import Mapping
 from time import perf_counter
 
 import mujoco
-import numpy as np
 from mujoco.batch import Batch
-from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.physics.bodies import SceneBody
 from simprep.physics.planner import Planner
 
-Record = Mapping[str, NDArray[np.float64]]
+Record = Mapping[str, FloatArray]
 
 
 class Rollouts:
@@ -34,7 +33,7 @@ class Rollouts:
         self._time = self._batch.bind("time")
         self.simulation_s = 0.0
 
-    def run(self, data: mujoco.MjData, control: NDArray[np.float64]) -> tuple[Record, NDArray[np.bool_]]:
+    def run(self, data: mujoco.MjData, control: FloatArray) -> tuple[Record, BoolArray]:
         """Simulate; returns records qpos, qvel, xpos, subtree_com (samples, steps, ...), and which samples diverged.
 
         Args:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Generic, TypeVar, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from simprep.arrays import BoolArray, FloatArray
 from simprep.errors import MotionError
 from simprep.motion.edit import cut
 from simprep.motion.motion import Motion
@@ -19,8 +20,6 @@ if TYPE_CHECKING:
 DONE, FELL, DIVERGED = "done", "fell", "diverged"
 ENDS = (DONE, FELL, DIVERGED)
 
-FloatArray = NDArray[np.float64]
-BoolArray = NDArray[np.bool_]
 T = TypeVar("T")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.archive import find_archive, open_archive, write_archive
+from simprep.arrays import BoolArray, FloatArray
 from simprep.characters import character_header, character_of_header
 from simprep.errors import MotionError
 from simprep.motion.motion import Motion
@@ -125,7 +126,7 @@ def _motion_header(motion: Motion) -> dict[str, Any]:
     }
 
 
-def _motion(header: Mapping[str, Any], qpos: NDArray[np.float64], contacts: NDArray[np.bool_]) -> Motion:
+def _motion(header: Mapping[str, Any], qpos: FloatArray, contacts: BoolArray) -> Motion:
     own = dict(header)
     character = character_of_header(own.pop("character"))
     return Motion(qpos=qpos, contacts=contacts, character=character, **own)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simprep.arrays import FloatArray, IndexArray
+from simprep.motion.rotations import cross
 from simprep.physics.reference import Reference
 from simprep.physics.rollouts import Record
 
@@ -132,5 +133,5 @@ class TrackingCost:
 
 
 def _rotation_error(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Vector part (..., 3) of the rotation between unit quaternions: half the angle's sine, about the axis."""
-    return np.asarray(a[..., :1] * b[..., 1:] - b[..., :1] * a[..., 1:] - np.cross(a[..., 1:], b[..., 1:]))
+    """Vector part (..., 3) of conj(a) b for unit quaternions wxyz: the sine of half the angle between them, along the axis."""
+    return np.asarray(a[..., :1] * b[..., 1:] - b[..., :1] * a[..., 1:] - cross(a[..., 1:], b[..., 1:]))
