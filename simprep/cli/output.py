@@ -5,7 +5,7 @@ import json
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 from rich.console import Console
@@ -20,6 +20,11 @@ PLAIN_WIDTH = 150
 Json = Annotated[bool, tyro.conf.arg(help="Print one JSON object on stdout; everything else goes to stderr.")]
 Quiet = Annotated[bool, tyro.conf.arg(help="Print no tables and no progress; warnings and errors stay.")]
 """The two options of every command."""
+Preset = Annotated[
+    Literal["live", "default", "bake"],
+    tyro.conf.arg(help="How much mpc computes: live least, bake most. docs/tracking.md has cost and error of each."),
+]
+"""Names of `simprep.physics.mpc.MPC_PRESETS`, which is slow to import."""
 
 arguments: tuple[str, ...] = ()
 """The command line after `simprep`, for the record; `main` sets it."""

@@ -2,13 +2,13 @@
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
-from simprep.cli.output import BaseCommand, Json, Output, Quiet
+from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet
 
 
 @dataclass(frozen=True)
@@ -38,8 +38,7 @@ class PushCommand(BaseCommand):
     seeds: int = 3
     """How many seeds: 0, 1, and so on."""
 
-    preset: Literal["live", "default", "bake"] = "default"
-    """How much mpc computes: live least, bake most."""
+    preset: Preset = "default"
 
     largest: float = 1600.0
     """The largest force that is tried [N]."""

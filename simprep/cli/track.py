@@ -8,7 +8,7 @@ import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
-from simprep.cli.output import BaseCommand, Json, Output, Quiet
+from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet
 
 HEADLINE = (
     "success",
@@ -40,8 +40,7 @@ class Track(BaseCommand):
     controller: Literal["mpc", "pd"] = "mpc"
     """mpc: servo targets corrected by receding-horizon sampling; pd: servos to the motion, nothing else."""
 
-    preset: Literal["live", "default", "bake"] = "default"
-    """How much mpc computes: live least, bake most. docs/tracking.md has cost, error and falls of each."""
+    preset: Preset = "default"
 
     seed: int = 0
     """Seed of the controller's random numbers."""

@@ -1,17 +1,19 @@
 """Parts of `mpc`: inverse dynamics against statics, the cost's zero, the reduced planner model."""
 
 from dataclasses import replace
+from typing import get_args
 
 import mujoco
 import numpy as np
 import pytest
 
+from simprep.cli.output import Preset
 from simprep.errors import SettingError
 from simprep.humanoid import GRAVITY, humanoid
 from simprep.library import library_motion
 from simprep.motion.motion import Motion
 from simprep.physics.inverse_dynamics import needed_torques
-from simprep.physics.mpc import MpcSettings
+from simprep.physics.mpc import MPC_PRESETS, MpcSettings
 from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference, make_reference
 from simprep.physics.rollouts import Record
@@ -188,3 +190,8 @@ def test_least_squares_survives_degenerate_problems(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(module, "nnls", cycles)
     np.testing.assert_allclose(module.nonnegative_least_squares(matrix, wanted), plain, atol=1e-5)
+
+
+def test_the_command_line_offers_every_preset() -> None:
+    assert get_args(get_args(Preset)[0]) == tuple(MPC_PRESETS)
+    assert MPC_PRESETS["default"] == MpcSettings()
