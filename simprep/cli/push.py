@@ -89,7 +89,7 @@ class PushCommand(BaseCommand):
         title = f"{motion.name}: largest push survived, {self.duration:g} s on {self.segment} at {at:.2f} s"
         files = [folder / "metrics.json"]
         with pictures_or_warning("no plot", output.warn):
-            files.append(plot_push_limits(table, folder / "push.png", f"{title}, {self.seeds} seeds"))
+            files.append(plot_push_limits(table, folder / "push.png", f"{title}; seeds: {self.seeds}"))
         content = {
             "schema": "simprep.push/1",
             **provenance(output_module.arguments),
