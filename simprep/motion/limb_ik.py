@@ -6,8 +6,9 @@ to the hip-ankle line and to the foot's long axis, about which the ankle inverts
 still foot stays still to rounding.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from simprep.motion.rotations import axis_rotation, cross
 
 @dataclass(frozen=True)
 class Leg:
-    """Constants of one leg, from the model.
+    """Constants of one leg, from the model; of several (see `leg_of_each`), every attribute has one row for each.
 
     Attributes:
         hinges: (6,) hinge indices in the order of the character's group `left_leg` or `right_leg`.
@@ -35,8 +36,8 @@ class Leg:
 
     hinges: IndexArray
     hip: FloatArray
-    thigh: float
-    shank: float
+    thigh: FloatArray | float
+    shank: FloatArray | float
     sign: FloatArray
     low: FloatArray
     high: FloatArray
@@ -72,12 +73,22 @@ def legs(character: Character = humanoid()) -> tuple[Leg, Leg]:
     return found[0], found[1]
 
 
-def two_bar_bend(distance: FloatArray, a: float, b: float) -> FloatArray:
+def leg_of_each(character: Character, sides: IndexArray) -> Leg:
+    """Legs by side, 0 left and 1 right: `sides` (N,) may name them in any order and again and again."""
+    return Leg(**{name: rows[sides] for name, rows in _rows_of_legs(character).items()})
+
+
+@lru_cache(maxsize=16)
+def _rows_of_legs(character: Character) -> dict[str, Any]:
+    return {field.name: np.stack([getattr(leg, field.name) for leg in legs(character)]) for field in fields(Leg)}
+
+
+def two_bar_bend(distance: FloatArray, a: FloatArray | float, b: FloatArray | float) -> FloatArray:
     """Bend (0 = straight) of a two-bar linkage that spans a distance; straight where it is out of reach [rad].
 
     Args:
         distance: (...) between its ends [m].
-        a: length of one bar [m].
+        a: length of one bar, also by distance [m].
         b: of the other [m].
     """
     return np.asarray(np.arccos(np.clip((distance**2 - a * a - b * b) / (2 * a * b), -1.0, 1.0)))
@@ -105,7 +116,7 @@ def solve_leg(
     A leg that is too short stays straight and points at it.
 
     Args:
-        leg: constants of the leg.
+        leg: constants of the leg, or of the leg of every row.
         pelvis: (T, 3) pelvis origin, world [m].
         pelvis_rotation: (T, 3, 3).
         ankle: (T, 3) wanted origin of the foot, world [m].

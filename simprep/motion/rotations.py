@@ -79,3 +79,8 @@ def continuous_quat(quat: FloatArray) -> FloatArray:
 def wrap_angle(angle: FloatArray | float) -> FloatArray:
     """The same angles (...) from -pi to pi [rad]."""
     return np.asarray((angle + np.pi) % (2 * np.pi) - np.pi)
+
+
+def unwrapped(angle: FloatArray) -> FloatArray:
+    """Angles (T, ...) that go on over T without jumps of a turn: `np.unwrap`, which is slow where there are none [rad]."""
+    return np.unwrap(angle, axis=0) if (np.abs(np.diff(angle, axis=0)) >= np.pi).any() else angle

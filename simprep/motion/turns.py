@@ -10,7 +10,9 @@ def turned(points: FloatArray, angle: FloatArray | float) -> FloatArray:
     """Floor points or vectors (..., 2), turned about the vertical by (...) [rad], counter-clockwise seen from above."""
     c, s = np.cos(angle), np.sin(angle)
     x, y = points[..., 0], points[..., 1]
-    return np.stack([c * x - s * y, s * x + c * y], axis=-1)
+    out = np.empty((*np.broadcast_shapes(np.shape(angle), x.shape), 2))
+    out[..., 0], out[..., 1] = c * x - s * y, s * x + c * y
+    return out
 
 
 def about_vertical(angle: FloatArray | float) -> FloatArray:

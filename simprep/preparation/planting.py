@@ -17,8 +17,8 @@ from simprep.character import SIDES, Character
 from simprep.motion.contacts import stances
 from simprep.motion.curves import dying_away, minimum_jerk
 from simprep.motion.kinematics import Kinematics, changed_kinematics, forward_kinematics
-from simprep.motion.limb_ik import Leg, legs, solve_leg
-from simprep.motion.rotations import axis_rotation, rotation_matrix
+from simprep.motion.limb_ik import Leg, leg_of_each, legs, solve_leg
+from simprep.motion.rotations import axis_rotation, rotation_matrix, unwrapped
 from simprep.motion.turns import turned
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
@@ -109,13 +109,12 @@ def plant_feet(
     corrections = np.zeros((len(qpos), 2, 4))
     start = np.zeros((2, 4)) if start is None else start
     for side, (leg, foot) in enumerate(zip(legs(character), character.feet)):
-        track = _Track(leg, before.xpos[:, foot], rotation[:, foot])
+        pivots = standing.turning is not None
+        track = _Track(leg, before.xpos[:, foot], rotation[:, foot], pivots)
         if source is before:
             origin = track
         else:
-            origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]))
-        if standing.turning is not None:
-            track.heading, origin.heading = foot_heading(track.rotation), foot_heading(origin.rotation)
+            origin = _Track(leg, source.xpos[:, foot], rotation_matrix(source.xquat[:, foot]), pivots)
         height = reference_height[..., side]
         value = _corrections(
             track, origin, contacts[:, side], weight, height, fps, settings, start[side], standing, side
@@ -136,20 +135,20 @@ def plant_feet(
     missed = changed
     after = before
     moved = missed.any(axis=1) | (drop != 0)
+    shanks = np.array([character.segment(f"{side}_shank") for side in SIDES])
     for _ in range(2 * _PASSES if standing.yielding else _PASSES):
-        for side, leg in enumerate(legs(character)):
-            frames = np.flatnonzero(missed[:, side])
-            shank = character.segment(f"{SIDES[side]}_shank")
-            angles = solve_leg(
-                leg,
-                pelvis[frames],
-                rotation[frames, 0],
-                aim[frames, side],
-                goal_rotation[frames, side],
-                rotation[frames, shank, :, 1],
-                _STEEP if standing.yielding else 0.0,
-            )
-            out[np.ix_(frames, 7 + leg.hinges)] = np.clip(angles, leg.low, leg.high)
+        frames, sides = np.nonzero(missed)
+        leg = leg_of_each(character, sides)
+        angles = solve_leg(
+            leg,
+            pelvis[frames],
+            rotation[frames, 0],
+            aim[frames, sides],
+            goal_rotation[frames, sides],
+            rotation[frames, shanks[sides], :, 1],
+            _STEEP if standing.yielding else 0.0,
+        )
+        out[frames[:, None], 7 + leg.hinges] = np.clip(angles, leg.low, leg.high)
         after = changed_kinematics(after, out, np.flatnonzero(moved), character)
         missed = changed & _keep_carrying_points(aim, goal, goal_rotation, after, character)
         if standing.yielding:
@@ -167,7 +166,7 @@ def foot_heading(rotation: FloatArray) -> FloatArray:
     It is defined for every tilt but upside down, while the toe's direction on the floor vanishes when the heel is high.
     """
     sine, cosine = rotation[..., 1, 0] - rotation[..., 0, 1], rotation[..., 0, 0] + rotation[..., 1, 1]
-    return np.asarray(np.unwrap(np.arctan2(sine, cosine), axis=0))
+    return unwrapped(np.arctan2(sine, cosine))
 
 
 def _keep_carrying_points(
@@ -198,36 +197,42 @@ def _yield(
 
     `aim`, `goal` (T, 2, 3) and `goal_rotation` (T, 2, 3, 3) change in place.
     """
-    off = np.linalg.norm(after.xpos[:, character.feet] - goal, axis=-1) > _FAR_M
-    for side, (leg, foot) in enumerate(zip(legs(character), character.feet)):
-        frames = np.flatnonzero(off[:, side] | contacts[:, side])
-        wanted, found = goal_rotation[frames, side], rotation_matrix(after.xquat[frames, foot])
-        points = wanted @ leg.points.T  # (frames, 3, N)
-        height = points[:, 2] - leg.radii
-        share = np.exp(-(height - height.min(axis=1, keepdims=True)) / _CARRY_M) * _pivot(leg)
-        share /= share.sum(axis=1, keepdims=True)
-        now = found @ leg.points.T
-        swung = ((points - now) * share[:, None]).sum(axis=2)
-        # a limit may leave the ankle where it should be and turn the point that carries away
-        astray = np.linalg.norm(goal[frames, side] - after.xpos[frames, foot] + swung, axis=1)
-        off[frames, side] |= astray > _ASTRAY_M
-        picked = off[frames, side]
-        frames, found, now, swung = frames[picked], found[picked], now[picked], swung[picked]
-        goal[frames, side] += swung
-        deep = goal[frames, side, 2] + (now[:, 2] - leg.radii).min(axis=1)
-        goal[frames, side, 2] -= np.minimum(deep, 0.0)
-        aim[frames, side] = goal[frames, side]
-        goal_rotation[frames, side] = found
+    feet = np.array(character.feet)
+    ankles = after.xpos[:, feet]
+    off = np.linalg.norm(ankles - goal, axis=-1) > _FAR_M
+    frames, sides = np.nonzero(off | contacts)
+    leg = leg_of_each(character, sides)
+    wanted = goal_rotation[frames, sides]
+    found = rotation_matrix(after.xquat[frames, feet[sides]])
+    points = wanted @ leg.points.swapaxes(1, 2)  # (N, 3, points)
+    now = found @ leg.points.swapaxes(1, 2)
+    share = _carrying(points[:, 2] - leg.radii) * _pivot(leg)
+    share /= share.sum(axis=1, keepdims=True)
+    swung = ((points - now) * share[:, None]).sum(axis=2)
+    # a limit may leave the ankle where it should be and turn the point that carries away
+    off[frames, sides] |= np.linalg.norm(goal[frames, sides] - ankles[frames, sides] + swung, axis=1) > _ASTRAY_M
+    picked = off[frames, sides]
+    frames, sides = frames[picked], sides[picked]
+    place = goal[frames, sides] + swung[picked]
+    deep = place[:, 2] + (now[picked, 2] - leg.radii[picked]).min(axis=1)
+    place[:, 2] -= np.minimum(deep, 0.0)
+    goal[frames, sides] = aim[frames, sides] = place
+    goal_rotation[frames, sides] = found[picked]
     return np.asarray(off)
+
+
+def _carrying(height: FloatArray) -> FloatArray:
+    """How much points (..., N) carry of a foot, in no unit, by their heights [m]: most the lowest."""
+    return np.asarray(np.exp(-(height - height.min(axis=-1, keepdims=True)) / _CARRY_M))
 
 
 class _Track:
     """One foot over time, with the places of its points relative to the ankle."""
 
-    def __init__(self, leg: Leg, ankle: FloatArray, rotation: FloatArray) -> None:
+    def __init__(self, leg: Leg, ankle: FloatArray, rotation: FloatArray, pivots: bool) -> None:
         self.leg, self.ankle, self.rotation = leg, ankle, rotation
         self.points = np.einsum("tij,kj->tki", rotation, leg.points)  # (T, N, 3)
-        self.heading = np.unwrap(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))
+        self.heading = foot_heading(rotation) if pivots else unwrapped(np.arctan2(rotation[:, 1, 0], rotation[:, 0, 0]))
 
     def part(self, frames: slice) -> "_Track":
         """Some of its frames."""
@@ -247,8 +252,7 @@ class _Track:
         Pivoting, it turns about its toe where that carries.
         """
         plan = turned(self.points[..., :2], turn[:, None])  # (T, N, 2)
-        height = self.points[..., 2] - self.leg.radii
-        share = np.exp(-(height - height.min(axis=1, keepdims=True)) / _CARRY_M)
+        share = _carrying(self.points[..., 2] - self.leg.radii)
         share /= share.sum(axis=1, keepdims=True)
         between = (share[1:] + share[:-1]) / 2
         steps = -(between[..., None] * np.diff(plan, axis=0)).sum(axis=1)
@@ -287,11 +291,14 @@ def _corrections(
         steps = keep * np.diff(origin.heading[part]) if turning is None else np.diff(turning[part])
         own = _from_zero(steps)
         turn = begin[3] + own - (track.heading[part] - track.heading[first])
-        stance, before = track.part(part), origin.part(part)
-        slip = np.diff(before.ankle[:, :2], axis=0) - before.rolling(np.zeros(after - first))
-        twist = (track.heading[part] + turn - origin.heading[part])[:-1]
-        slip = keep[:, None] * turned(slip, twist)
-        place = _from_zero(stance.rolling(turn, turning is not None) + slip)
+        stance = track.part(part)
+        walked = stance.rolling(turn, turning is not None)
+        if keep.any():
+            before = origin.part(part)
+            slip = np.diff(before.ankle[:, :2], axis=0) - before.rolling(np.zeros(after - first))
+            twist = (track.heading[part] + turn - origin.heading[part])[:-1]
+            walked += keep[:, None] * turned(slip, twist)
+        place = _from_zero(walked)
         value[part, :2] = begin[:2] + place - (stance.ankle[:, :2] - stance.ankle[0, :2])
         value[part, 2] = height[part] - (stance.ankle[:, 2] + stance.sole)
         value[part, 3] = turn
@@ -314,10 +321,10 @@ def _corrections(
 
 
 def _pivot(leg: Leg) -> FloatArray:
-    """(N,) how much each point of the sole takes part in a pivot: most the foremost ones, least the rearmost."""
-    forward = leg.points[:, 0]
-    share = np.where(forward == forward.max(), _TOE_PIVOTS, _BALL_PIVOTS)
-    return np.where(forward == forward.min(), _HEEL_PIVOTS, share)
+    """(..., N) how much each point of the sole takes part in a pivot: most the foremost ones, least the rearmost."""
+    forward = leg.points[..., 0]
+    share = np.where(forward == forward.max(axis=-1, keepdims=True), _TOE_PIVOTS, _BALL_PIVOTS)
+    return np.where(forward == forward.min(axis=-1, keepdims=True), _HEEL_PIVOTS, share)
 
 
 def _bridge(value: FloatArray, start: int, left: int, landed: int, stop: int, ease: int) -> None:

@@ -102,7 +102,7 @@ def begins_where(codes: IntArray, own_label: int) -> BoolArray:
     """(K,) whether labels begin on the foot that an own label ended on."""
     moves = QUALIFIERS["move"]
     last = moves[int(decode([own_label])[0, _MOVE])][-1]
-    return np.isin(decode(codes)[:, _MOVE], [index for index, move in enumerate(moves) if move[0] == last])
+    return np.array([move[0] == last for move in moves])[decode(codes)[:, _MOVE]]
 
 
 class ConditionalDensities:

@@ -18,7 +18,7 @@ from simprep.motion.contacts import stances
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.limb_ik import legs
-from simprep.motion.rotations import rotation_matrix, wrap_angle
+from simprep.motion.rotations import rotation_matrix, unwrapped, wrap_angle
 from simprep.motion.turns import rotation_between
 from simprep.preparation.planting import Standing, foot_heading, plant_feet
 from simprep.preparation.settings import PreparationSettings
@@ -254,7 +254,7 @@ def follow(turning: FloatArray, heading: FloatArray, contacts: BoolArray) -> Flo
     for side in range(2):
         for first, after in stances(contacts[:, side]):
             part = slice(first, after)
-            ahead = np.unwrap(heading[part, side]) - heading[first, side] - (turning[part, side] - turning[first, side])
+            ahead = unwrapped(heading[part, side]) - heading[first, side] - (turning[part, side] - turning[first, side])
             out[part, side] += ahead * ahead**2 / (ahead**2 + LOOSE**2)
             out[after:, side] += out[after - 1, side] - turning[after - 1, side]
     return out

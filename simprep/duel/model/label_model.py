@@ -94,11 +94,6 @@ class Tabulated:
         return log_prob_from(self.candidates, self.distribution(own, opponent), next_label)
 
 
-def average_log_prob(model: LabelModel, triples: LabelTriples) -> float:
-    """Mean log P(next | own, opponent) [nats]; higher is better."""
-    return float(np.mean(model.log_prob(triples.own, triples.opponent, triples.next)))
-
-
 def total_variation(model: LabelModel, truth: LabelModel, own: ArrayLike, opponent: ArrayLike) -> FloatArray:
     """Total-variation distance (...) of two models, 0 (equal) to 1 (disjoint), given label codes (...)."""
     union = np.union1d(model.candidates, truth.candidates)

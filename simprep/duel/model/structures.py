@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from simprep.arrays import BoolArray, IntArray
-from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, CODES, KICKS, PUNCHES, QUALIFIERS, check_qualifier, decode
+from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, CODES, KICKS, PUNCHES, QUALIFIERS, decode
 from simprep.errors import MotionError, UnknownNameError
 
 PLAYERS = (0, 1)
@@ -113,15 +113,6 @@ class ActionTable:
     """R: from every valid (player, aspect, qualifier) to the ascending numbers of the nodes that carry it."""
 
     nodes: Mapping[tuple[int, str, str], IntArray]
-
-    def look_up(self, player: int, aspect: str, qualifier: str) -> IntArray:
-        """Nodes of a player that carry a qualifier.
-
-        Raises:
-            UnknownNameError: no such aspect or qualifier.
-        """
-        check_qualifier(aspect, qualifier)
-        return self.nodes[player, aspect, qualifier]
 
     def answering(self, player: int, request: str) -> IntArray:
         """Nodes that answer a request such as "kick" or "left punch": the limb goes to the opponent.

@@ -89,10 +89,6 @@ class DuelStream:
         """Recorded time, without what passed between clips [s]."""
         return (len(self) - len(self.clips)) / self.fps
 
-    def clip_of(self, frames: IndexArray) -> IndexArray:
-        """Number of the clip that holds each frame."""
-        return np.asarray(np.searchsorted(np.array(self.seams, dtype=np.intp), frames, side="right"))
-
     def part(self, first: int, after: int) -> "DuelStream":
         """Frames first to after - 1, with the seams inside.
 

@@ -6,7 +6,7 @@ from synthetic_bout import LABELS, bout, policy
 
 from simprep.duel.labels.labels import CODES, QUALIFIERS, Label, decode
 from simprep.duel.model.estimates import LABEL_MODELS, fit_label_model, fit_log_linear
-from simprep.duel.model.label_model import LabelTriples, Tabulated, average_log_prob, total_variation
+from simprep.duel.model.label_model import LabelModel, LabelTriples, Tabulated, total_variation
 from simprep.duel.model.succession import may_follow
 from simprep.duel.model.transition_model import label_triples
 from simprep.errors import SettingError, UnknownNameError
@@ -16,6 +16,11 @@ A, B, C = (Label(left_punch=qualifier, move="L-L").code for qualifier in ("fwd",
 
 def triples(*rows):
     return LabelTriples(*(np.array(column, dtype=np.int64) for column in zip(*rows, strict=True)))
+
+
+def average_log_prob(model: LabelModel, of: LabelTriples) -> float:
+    """Mean log P(next | own, opponent) [nats]; higher is better."""
+    return float(np.mean(model.log_prob(of.own, of.opponent, of.next)))
 
 
 SEEN = triples((A, C, B), (A, C, B), (A, A, C), (B, C, A))

@@ -64,14 +64,12 @@ def test_graphs_group_equal_labels_and_count_edges():
 def test_action_table_finds_nodes_by_qualifier_and_by_request():
     graph = small()
     table = graph.table
-    assert [graph.graphs[1].labels[node] for node in table.look_up(1, "right_kick", "downup")] == [KICK]
+    assert [graph.graphs[1].labels[node] for node in table.nodes[1, "right_kick", "downup"]] == [KICK]
     assert [graph.graphs[0].labels[node] for node in table.answering(0, "punch")] == [PUNCH]
     assert [graph.graphs[1].labels[node] for node in table.answering(1, "right kick")] == [KICK]
     assert len(table.answering(0, "kick")) == 0
     with pytest.raises(UnknownNameError, match="unknown requested action 'elbow'; valid: punch, kick, left punch"):
         table.answering(0, "elbow")
-    with pytest.raises(UnknownNameError, match="unknown qualifier of jump 'left'; valid: up, down, others"):
-        table.look_up(0, "jump", "left")
 
 
 def test_links_of_a_long_bout_agree_with_plain_search_and_are_quick():

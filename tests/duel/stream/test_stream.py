@@ -66,7 +66,6 @@ def test_concatenated_clips_keep_their_seams_and_survive_a_file(tmp_path):
     assert both.seams == (40, 70)
     assert both.clips == ("clip", "second", "clip")
     assert both.duration == pytest.approx((39 + 29 + 39) / 30)
-    assert list(both.clip_of(np.array([0, 39, 40, 69, 70]))) == [0, 0, 1, 1, 2]
     part = both.part(35, 75)
     assert part.seams == (5, 35)
     assert part.clips == both.clips
