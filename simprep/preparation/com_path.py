@@ -54,7 +54,8 @@ def smooth_path_in_discs(wanted: FloatArray, centre: FloatArray, radius: FloatAr
         offset = free - centre
         square = offset * offset
         length = np.sqrt(square[0] + square[1])
-        z = centre + offset * np.minimum(1.0, radius / np.maximum(length, 1e-12))
+        offset *= np.minimum(1.0, radius / np.maximum(length, 1e-12))
+        z = centre + offset
         dual = free - z
     return np.asarray(x.T)
 

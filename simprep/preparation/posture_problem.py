@@ -243,7 +243,10 @@ class PostureProblem:
             mujoco.mj_jacBodyCom(model, data, out, None, body_id)
         jacobian = self._jacobian.take(self._velocities, axis=2)  # (M, 3, K)
         pulls = self._weights[: len(posture.distances)] / posture.distances  # (1 or 2, M)
-        force, pull = np.add.reduce(pulls[..., None] * posture.offsets, axis=0), np.add.reduce(pulls, axis=0)
+        forces = pulls[..., None] * posture.offsets
+        force, pull = forces[0], pulls[0]
+        if len(pulls) > 1:
+            force, pull = force + forces[1], pull + pulls[1]
         gradient = force.ravel().dot(jacobian.reshape(force.size, -1)) + s.joint_weight * posture.change
         np.multiply(jacobian, np.sqrt(pull)[:, None, None], out=self._body_rows)
         rows = self._rows[:-2]
