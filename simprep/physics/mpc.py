@@ -190,7 +190,7 @@ class MpcController:
             tried = [one.search.sample(self._rng, iteration) for one in self._searches]
             control = np.repeat(feedforward[None], len(tried[0]), axis=0)
             for one, theta in zip(self._searches, tried):
-                control[:, :, one.controls] += np.einsum("tk,nkj->ntj", self._basis, theta)
+                control[:, :, one.controls] += self._basis @ theta
             record, failed = self._rollouts[min(iteration, 1)].run(data, control)
             residuals = [self._residuals(step, one, record, theta) for one, theta in zip(self._searches, tried)]
             for errors in residuals:

@@ -29,7 +29,6 @@ class Rollouts:
         self._body_quat = self._batch.expand("body_quat")
         self._qpos = self._batch.bind("qpos")
         self._qvel = self._batch.bind("qvel")
-        self._warmstart = self._batch.bind("qacc_warmstart")
         self._time = self._batch.bind("time")
         self.simulation_s = 0.0
 
@@ -42,7 +41,6 @@ class Rollouts:
         """
         self._qpos[:] = data.qpos[self._planner.qpos]
         self._qvel[:] = data.qvel[self._planner.qvel]
-        self._warmstart[:] = data.qacc_warmstart[self._planner.qvel]
         for body, quat in self._planner.fused_orientations(data):
             self._body_quat[:, body] = quat
         self._time[:] = data.time

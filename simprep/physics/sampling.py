@@ -9,6 +9,7 @@ A sample thus tells as much as all its residuals; the cross-entropy method reads
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg.lapack import dposv
 
 from simprep.arrays import BoolArray, FloatArray, IndexArray
 
@@ -48,7 +49,7 @@ class OffsetSearch:
         self._kept = np.einsum("kl,nlj->nkj", self._shift, self._kept)
         self.plan = self._shift @ self.plan
         self._pool, self._costs = np.zeros((0, *self.plan.shape)), np.zeros(0)
-        self._residuals: list[FloatArray] = []
+        self._residuals, self._products = np.zeros((0, 0)), np.zeros((0, 0))
         self._steps = np.zeros((0, *self.plan.shape))
         self._first_step = 0
 
@@ -83,9 +84,11 @@ class OffsetSearch:
         s = self._settings
         # all iterations of a plan begin in the same state, so earlier samples still count
         self._pool = np.concatenate([self._pool, theta])
-        self._residuals.append(residuals)
-        costs = np.where(failed, np.inf, np.einsum("nr,nr->n", residuals, residuals))
-        self._costs = np.concatenate([self._costs, costs])
+        self._residuals = np.concatenate([self._residuals.reshape(-1, residuals.shape[1]), residuals])
+        among = residuals @ self._residuals.T  # the products of earlier ones are there
+        before = len(self._products)
+        self._products = np.block([[self._products, among[:, :before].T], [among]])
+        self._costs = np.concatenate([self._costs, np.where(failed, np.inf, np.diagonal(among, before))])
         order = np.argsort(self._costs, kind="stable")
         order = order[np.isfinite(self._costs[order])]
         if len(order) == 0:
@@ -100,7 +103,6 @@ class OffsetSearch:
 
     def _gauss_newton(self, order: IndexArray) -> FloatArray:
         """(dampings, knots, sampled) the best combinations of samples, ordered from the best, if residuals are linear."""
-        residuals = np.concatenate(self._residuals)
         best, others = order[0], order[1:]
         directions = self._pool[others] - self._pool[best]
         length = np.sqrt(np.mean((directions / self._std) ** 2, axis=(1, 2)))
@@ -108,12 +110,20 @@ class OffsetSearch:
         if not usable.any():
             return np.repeat(self._pool[best][None], len(self._settings.damping), axis=0)
         # all directions equally long: a far sample says no more than a near one
-        directions = directions[usable] / length[usable, None, None]
-        response = (residuals[others[usable]] - residuals[best]) / length[usable, None]
-        gram = response @ response.T
-        slope = response @ residuals[best]
-        unit = np.trace(gram) / len(gram) * np.eye(len(gram)) + _TINY * np.eye(len(gram))
-        combined = [np.linalg.solve(gram + damping * unit, -slope) for damping in self._settings.damping]
+        others, length = others[usable], length[usable]
+        directions = directions[usable] / length[:, None, None]
+        products = self._products
+        to_best = products[others, best]
+        gram = products[np.ix_(others, others)] - to_best - to_best[:, None] + products[best, best]
+        gram /= length * length[:, None]
+        slope = (to_best - products[best, best]) / length
+        unit = np.trace(gram) / len(gram) + _TINY
+        combined = []
+        for damping in self._settings.damping:
+            damped = gram.copy()
+            damped.reshape(-1)[:: len(gram) + 1] += damping * unit
+            _, solution, failed = dposv(damped, -slope)
+            combined.append(np.zeros(len(slope)) if failed else solution)
         return np.asarray(self._pool[best] + np.einsum("dn,nkj->dkj", combined, directions))
 
 

@@ -127,9 +127,13 @@ class TrackingCost:
             (w.foot_velocity / 2, foot_velocity - target_foot_velocity),
             (w.joint_velocity / hinges, velocity_error[..., 6:]),
         )
-        at_instants = np.concatenate([np.sqrt(c) * part.reshape(n, len(pick), -1) for c, part in parts], axis=2)
-        at_instants *= np.sqrt(weight)[:, None]
-        return np.concatenate([at_instants.reshape(n, -1), effort], axis=1)
+        ends = np.cumsum([0, *(part[0, 0].size for _, part in parts)])
+        out = np.empty((n, len(pick) * ends[-1] + effort.shape[1]))
+        at_instants = out[:, : len(pick) * ends[-1]].reshape(n, len(pick), -1)  # a view
+        for (c, part), first, after in zip(parts, ends, ends[1:]):
+            np.multiply(part.reshape(n, len(pick), -1), np.sqrt(c * weight)[:, None], out=at_instants[..., first:after])
+        out[:, at_instants[0].size :] = effort
+        return out
 
 
 def _rotation_error(a: FloatArray, b: FloatArray) -> FloatArray:
