@@ -50,7 +50,8 @@ from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion
 from simprep.physics.mpc import MPC_PRESETS
-from simprep.physics.simulate import SimulationSettings, track
+from simprep.physics.settings import SimulationSettings
+from simprep.physics.simulate import track
 from simprep.preparation import prepare
 from simprep.scene import build_scene
 

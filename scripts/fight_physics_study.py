@@ -30,7 +30,8 @@ from simprep.metrics.evaluate import evaluate_run
 from simprep.metrics.interaction.run import run_metrics
 from simprep.metrics.interaction.stream import falls_per_minute
 from simprep.physics.run import Run
-from simprep.physics.simulate import SimulationSettings, simulate
+from simprep.physics.settings import SimulationSettings
+from simprep.physics.simulate import simulate
 from simprep.physics.store import save_run
 from simprep.report.results import provenance, save_json
 

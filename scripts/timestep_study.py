@@ -21,7 +21,7 @@ from rich.table import Table
 
 from simprep.library import library_motion
 from simprep.metrics.paired import paired_differences
-from simprep.physics.simulate import SimulationSettings
+from simprep.physics.settings import SimulationSettings
 from simprep.report.results import provenance, save_json
 from simprep.scene import DEFAULT_TIMESTEP_S
 from simprep.study.plan import StudyPlan

@@ -26,7 +26,8 @@ from simprep.motion.edit import cut, repeat
 from simprep.motion.load import load_motion
 from simprep.motion.motion import Motion
 from simprep.physics.mpc import MPC_PRESETS
-from simprep.physics.simulate import SimulationSettings, track
+from simprep.physics.settings import SimulationSettings
+from simprep.physics.simulate import track
 from simprep.report.results import provenance, save_json
 
 LOOPED_S = 6.0

@@ -48,15 +48,20 @@ if TYPE_CHECKING:
     from simprep.motion.store import save_motion as save_motion
     from simprep.physics.controller import Controller as Controller
     from simprep.physics.controller import ControlTask as ControlTask
+    from simprep.physics.mismatch import Mismatch as Mismatch
     from simprep.physics.mpc import MPC_PRESETS as MPC_PRESETS
     from simprep.physics.mpc import MpcSettings as MpcSettings
+    from simprep.physics.pushes import Kick as Kick
     from simprep.physics.pushes import Push as Push
+    from simprep.physics.pushes import random_kicks as random_kicks
     from simprep.physics.run import Run as Run
-    from simprep.physics.simulate import SimulationSettings as SimulationSettings
+    from simprep.physics.settings import SimulationSettings as SimulationSettings
     from simprep.physics.simulate import simulate as simulate
     from simprep.physics.simulate import track as track
     from simprep.physics.store import read_run as read_run
     from simprep.physics.store import save_run as save_run
+    from simprep.physics.tracker import Tracker as Tracker
+    from simprep.physics.tracker import TrackerState as TrackerState
     from simprep.preparation.prepare import prepare as prepare
     from simprep.preparation.scenario import scenario as scenario
     from simprep.preparation.settings import PreparationSettings as PreparationSettings
@@ -76,6 +81,8 @@ _EXPORTS = {
     "Motion": "simprep.motion.motion",
     "MotionError": "simprep.errors",
     "MotionFileError": "simprep.errors",
+    "Kick": "simprep.physics.pushes",
+    "Mismatch": "simprep.physics.mismatch",
     "MPC_PRESETS": "simprep.physics.mpc",
     "MpcSettings": "simprep.physics.mpc",
     "Policy": "simprep.controller.policy",
@@ -85,7 +92,9 @@ _EXPORTS = {
     "SceneSettings": "simprep.scene",
     "SettingError": "simprep.errors",
     "SimprepError": "simprep.errors",
-    "SimulationSettings": "simprep.physics.simulate",
+    "SimulationSettings": "simprep.physics.settings",
+    "Tracker": "simprep.physics.tracker",
+    "TrackerState": "simprep.physics.tracker",
     "UnknownNameError": "simprep.errors",
     "analyse": "simprep.duel.analysis",
     "begin_fight": "simprep.duel.fight.modes",
@@ -100,6 +109,7 @@ _EXPORTS = {
     "load_motion": "simprep.motion.load",
     "metrics_table": "simprep.metrics.metric",
     "prepare": "simprep.preparation.prepare",
+    "random_kicks": "simprep.physics.pushes",
     "read_model": "simprep.duel.model.store",
     "read_motion": "simprep.motion.store",
     "read_policy": "simprep.controller.policy",

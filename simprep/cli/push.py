@@ -58,7 +58,7 @@ class PushCommand(BaseCommand):
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.cli.resolve import DEFAULT_LOOP_S, resolve_motion, select
         from simprep.physics.mpc import MPC_PRESETS
-        from simprep.physics.simulate import SimulationSettings
+        from simprep.physics.settings import SimulationSettings
         from simprep.report.gl import pictures_or_warning
         from simprep.report.push_figure import plot_push_limits
         from simprep.report.results import provenance, save_json

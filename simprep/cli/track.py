@@ -71,7 +71,8 @@ class Track(BaseCommand):
         motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds, output.warn)
         from simprep.metrics.evaluate import evaluate_run
         from simprep.physics.mpc import MPC_PRESETS
-        from simprep.physics.simulate import SimulationSettings, track
+        from simprep.physics.settings import SimulationSettings
+        from simprep.physics.simulate import track
         from simprep.physics.store import RUN_FILE, save_run
         from simprep.report.results import provenance, save_json
 

@@ -70,33 +70,34 @@ class Touch:
 
 
 class ContactReader:
-    """Reads contacts between the bodies of a scene, for at most `steps` steps.
+    """Reads contacts between the bodies of a scene.
 
     Attributes:
         touches: in order of time.
-        overlap: (steps,) deepest overlap between two bodies [m].
-        unconverged: (steps,) whether the contact solver ran out of iterations.
+        overlap: of every step, the deepest overlap between two bodies [m].
+        unconverged: of every step, whether the contact solver ran out of iterations.
     """
 
-    def __init__(self, model: mujoco.MjModel, bodies: Sequence[SceneBody], steps: int) -> None:
+    def __init__(self, model: mujoco.MjModel, bodies: Sequence[SceneBody]) -> None:
         self._model, self._bodies = model, bodies
         self._owner, self._segment = geom_owners(model, bodies)
         self._body = np.array(model.geom_bodyid)
         self._root = np.array(model.body_rootid)
         self._buffer = np.zeros(6)
         self.touches: list[Touch] = []
-        self.overlap = np.zeros(steps)
-        self.unconverged = np.zeros(steps, dtype=bool)
+        self.overlap: list[float] = []
+        self.unconverged: list[bool] = []
 
     def step(self, step: int, data: mujoco.MjData) -> None:
         """Read a step. `data`, taken after it, holds contacts and positions of its beginning."""
-        self.unconverged[step] = data.solver_niter.max() >= self._model.opt.iterations
+        self.unconverged.append(bool(data.solver_niter.max() >= self._model.opt.iterations))
+        self.overlap.append(0.0)
         if len(self._bodies) == 1 or not data.ncon:
             return
         found = np.flatnonzero(between_bodies(data.contact.geom, self._owner))
         if not len(found):
             return
-        self.overlap[step] = deepest_overlap(data, self._owner)
+        self.overlap[-1] = deepest_overlap(data, self._owner)
         pairs: dict[tuple[int, int, int, int], list[tuple[FloatArray, FloatArray, float, float]]] = {}
         for index in found:
             geoms = [int(geom) for geom in data.contact.geom[index]]

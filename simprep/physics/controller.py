@@ -17,6 +17,7 @@ A controller is any class or function that takes a `ControlTask` and returns an 
     run = simprep.track(walk, controller=Still)
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -39,6 +40,7 @@ class ControlTask:
         bodies: where each body's state and actuators are in the model.
         references: what each body is to track, one state for each step.
         seed: for the controller's random generator; the same seed must give the same targets.
+        delay: age of the states that the controller is told, in steps.
     """
 
     model: mujoco.MjModel
@@ -46,12 +48,15 @@ class ControlTask:
     bodies: tuple[SceneBody, ...]
     references: tuple[Reference, ...]
     seed: int
+    delay: int = 0
 
 
 class Controller(Protocol):
     """Chooses servo targets at every simulation step. It never touches the state or applies forces.
 
-    A controller that simulates may have an attribute `simulation_s`: the computing time of that so far [s].
+    A controller that simulates may have an attribute `simulation_s`: the computing time of that so far [s]. One that can
+    track a motion that is still being made (`simprep.physics.tracker`) has a method `follow(references, shift)`: from
+    now on these are the references, and indices in them are greater by `shift` than in the ones before.
     """
 
     name: str
@@ -62,7 +67,7 @@ class Controller(Protocol):
 
         Args:
             step: index of the current state in the references.
-            data: the current state; read only.
+            data: the state, as old as `ControlTask.delay` says; read only.
         """
         ...
 
@@ -100,9 +105,14 @@ class PdController:
     name = "pd"
 
     def __init__(self, task: ControlTask) -> None:
-        self._targets = np.concatenate(
-            [feedforward_targets(one, body) for one, body in zip(task.references, task.bodies)], axis=1
-        )
+        self._bodies = task.bodies
+        self.follow(task.references, 0)
+
+    def follow(self, references: Sequence[Reference], shift: int) -> None:
+        """Track other references from now on (see `Controller`)."""
+        del shift  # nothing is remembered from step to step
+        targets = [feedforward_targets(one, body) for one, body in zip(references, self._bodies)]
+        self._targets = np.concatenate(targets, axis=1)
 
     def target(self, step: int, data: mujoco.MjData) -> FloatArray:
         """Servo targets for the coming step (see `Controller.target`)."""

@@ -59,9 +59,10 @@ _BAD_WARNINGS = (
 def divergence(data: mujoco.MjData) -> str:
     """Why the last step of `data` is invalid, in words; empty if it is valid."""
     # MuJoCo resets a state that turned NaN, so finite numbers alone prove nothing
-    for kind in _BAD_WARNINGS:
-        if data.warning[kind].number:
-            return f"MuJoCo warning {mujoco.mjtWarning(kind).name}"
+    if any(data.warning.number):
+        for kind in _BAD_WARNINGS:
+            if data.warning[kind].number:
+                return f"MuJoCo warning {mujoco.mjtWarning(kind).name}"
     if not np.isfinite(data.qpos).all():
         return "NaN in qpos"
     return ""

@@ -34,7 +34,7 @@ class GroundReader:
     def __init__(self, model: mujoco.MjModel, body: SceneBody) -> None:
         self._model = model
         self._floor = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_GEOM, "floor")
-        self._body_of_geom = np.array(model.geom_bodyid)
+        self._body_of_geom = model.geom_bodyid.tolist()
         first = body.segments.start
         self._own = range(first, body.segments.stop)
         self._foot = {first + foot: side for side, foot in enumerate(body.feet)}
@@ -47,23 +47,23 @@ class GroundReader:
         foot_force = np.zeros((2, 3))
         moment, load, depth = np.zeros(2), 0.0, 0.0
         contact = data.contact
-        bodies = self._body_of_geom[contact.geom] if data.ncon else np.zeros((0, 2), int)
-        for index in range(data.ncon):
-            first, second = int(bodies[index, 0]), int(bodies[index, 1])
+        frames, position = contact.frame.reshape(-1, 3, 3), contact.pos
+        for index, geoms in enumerate(contact.geom.tolist()):
+            first, second = self._body_of_geom[geoms[0]], self._body_of_geom[geoms[1]]
             body = first or second  # 0 is the world
             if (first and second) or body not in self._own:
                 continue
             mujoco.mj_contactForce(self._model, data, index, self._buffer)
             # the frame's first row is the normal, pointing from geom 1 to geom 2; the force acts on geom 2
-            force = contact.frame[index].reshape(3, 3).T @ self._buffer[:3]
+            force = frames[index].T @ self._buffer[:3]
             if second == 0:
                 force = -force
             total += force
             if body in self._foot:
                 foot_force[self._foot[body]] += force
-            if self._floor in contact.geom[index]:
+            if self._floor in geoms:
                 load += force[2]
-                moment += contact.pos[index][:2] * force[2]
+                moment += position[index, :2] * force[2]
                 depth = max(depth, -float(contact.dist[index]))
         centre = moment / load if load > LEAST_LOAD_N else np.full(2, np.nan)
         return GroundReading(total, foot_force, centre, depth)
@@ -71,9 +71,9 @@ class GroundReader:
     def trunk_contacts(self, data: mujoco.MjData) -> list[tuple[int, str]]:
         """Segments of trunk and head that touch the floor: (index in the body's segments, name)."""
         touching = []
-        for pair in data.contact.geom if data.ncon else ():
+        for pair in data.contact.geom.tolist():
             if self._floor in pair:
-                body = int(self._body_of_geom[pair[0] if pair[1] == self._floor else pair[1]])
+                body = self._body_of_geom[pair[0] if pair[1] == self._floor else pair[1]]
                 if body in self._trunk:
                     touching.append(self._trunk[body])
         return touching

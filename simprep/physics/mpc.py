@@ -6,6 +6,8 @@ the reference get least (`simprep.physics.sampling`). Servo targets are feed-for
 same bits at any thread count. Several bodies are sampled in the same simulations, in which they touch each other.
 """
 
+from collections import deque
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from time import perf_counter
 from typing import Any
@@ -103,7 +105,7 @@ class MpcSettings:
 MPC_PRESETS = {
     "live": MpcSettings(replan=1 / 20, samples=22, refined=8),
     "default": MpcSettings(),
-    "bake": MpcSettings(horizon=0.5, samples=120, refined=24, iterations=3),
+    "bake": MpcSettings(horizon=0.5, samples=150, refined=30, iterations=3),
 }
 """How much to compute: least for what must keep up with the clock, most for what is made once (docs/tracking.md)."""
 
@@ -115,7 +117,7 @@ class MpcController:
 
     def __init__(self, task: ControlTask, settings: MpcSettings | None = None) -> None:
         self._settings = s = settings or MpcSettings()
-        model, references = task.model, task.references
+        self._task, model = task, task.model
         world_dt = float(model.opt.timestep)
         self._ratio = max(1, round(s.timestep / world_dt))
         dt = self._ratio * world_dt
@@ -123,19 +125,11 @@ class MpcController:
         self._steps = max(1, round(s.horizon / dt))
         self._every = max(1, round(s.replan / world_dt))  # in steps of the world
         self._rng = np.random.default_rng(task.seed)
-        self._feedforward = np.concatenate(
-            [_feedforward(reference, model, body, s) for reference, body in zip(references, task.bodies)], axis=1
-        )
-        self._last = len(references[0].qpos) - 1
         knots = int(np.ceil(s.horizon / s.knot_spacing - 1e-9)) + 1
         self._basis = linear_basis(np.arange(self._steps, dtype=np.float64) * dt / s.knot_spacing, knots)
         until_replan = np.arange(self._every, dtype=np.float64) * world_dt
         self._world_basis = linear_basis(until_replan / s.knot_spacing, knots)
         shift = linear_basis(np.arange(knots, dtype=np.float64) + self._every * world_dt / s.knot_spacing, knots)
-        self._costs = [
-            TrackingCost(reference, self._ratio, world_dt, self._steps, dofs, body.feet, s.weights)
-            for reference, dofs, body in zip(references, planner.dofs, planner.bodies)
-        ]
         std = [
             np.array([_noise_of(body.character.movement(name), s.noise) for name in body.joint_names]) * s.noise_scale
             for body in planner.bodies
@@ -156,8 +150,24 @@ class MpcController:
         self._rollouts = [Rollouts(planner, size, self._steps, s.threads) for size in sizes]
         self._offsets = np.zeros((self._every, model.nu))
         self._planned_at = -1
+        self._sent: deque[FloatArray] = deque(maxlen=task.delay)
+        self._present = mujoco.MjData(model)
         self.total_s = 0.0
         self.rejected = 0
+        self.follow(task.references, 0)
+
+    def follow(self, references: Sequence[Reference], shift: int) -> None:
+        """Track other references from now on (see `Controller`); the plan stays."""
+        s, task, planner = self._settings, self._task, self._planner
+        leads = [_feedforward(one, task.model, body, s) for one, body in zip(references, task.bodies)]
+        self._feedforward = np.concatenate(leads, axis=1)
+        self._last = len(references[0].qpos) - 1
+        dt = float(task.model.opt.timestep)
+        self._costs = [
+            TrackingCost(reference, self._ratio, dt, self._steps, dofs, body.feet, s.weights)
+            for reference, dofs, body in zip(references, planner.dofs, planner.bodies)
+        ]
+        self._planned_at += shift if self._planned_at >= 0 else 0
 
     @property
     def simulation_s(self) -> float:
@@ -168,10 +178,24 @@ class MpcController:
         """Servo targets for the coming step (see `Controller.target`); plans anew when due."""
         if self._planned_at < 0 or step - self._planned_at >= self._every:
             begin = perf_counter()
-            self._replan(step, data)
+            self._replan(step, self._predicted(data))
             self._planned_at = step
             self.total_s += perf_counter() - begin
-        return np.asarray(self._feedforward[step] + self._offsets[step - self._planned_at])
+        targets = np.asarray(self._feedforward[step] + self._offsets[step - self._planned_at])
+        self._sent.append(targets)
+        return targets
+
+    def _predicted(self, data: mujoco.MjData) -> mujoco.MjData:
+        """The present state, simulated from an old one by the targets that were sent since."""
+        if not self._sent:
+            return data
+        present = self._present
+        present.qpos[:], present.qvel[:], present.time = data.qpos, data.qvel, data.time
+        for targets in self._sent:
+            present.ctrl[:] = targets
+            mujoco.mj_step(self._task.model, present)
+        mujoco.mj_kinematics(self._task.model, present)
+        return present
 
     def settings(self) -> dict[str, Any]:
         """Configuration, for the record."""

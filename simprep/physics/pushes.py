@@ -1,11 +1,19 @@
-"""External forces for robustness tests; reported as assist in every result."""
+"""Pushes and kicks from outside, for robustness tests; reported as assist in every result."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
 import numpy as np
 
 from simprep.errors import SettingError
+from simprep.physics.bodies import SceneBody
+
+KICK_EVERY_S = (1.0, 3.0)
+KICK_MPS = (0.5, 0.5, 0.2)
+KICK_RADPS = (0.52, 0.52, 0.78)
+"""Random kicks that robot learners train with: time between two [s], largest change of the root's velocity (forward or
+back, sideways, up or down) [m/s], and of its spin (roll, pitch, yaw) [rad/s]."""
 
 
 @dataclass(frozen=True)
@@ -25,25 +33,76 @@ class Push:
     force: tuple[float, float, float]
 
 
-class PushApplier:
-    """Applies pushes at their times.
+@dataclass(frozen=True)
+class Kick:
+    """A sudden change of a root's velocity, by which the whole body changes its own.
 
-    Raises:
-        SettingError: a push on an unknown segment.
+    Attributes:
+        time: when [s].
+        velocity: (x, y, z) added, in the world frame [m/s].
+        spin: (x, y, z) added, in the root's frame [rad/s].
+        body: number of the body in the scene.
     """
 
-    def __init__(self, model: mujoco.MjModel, pushes: tuple[Push, ...]) -> None:
+    time: float
+    velocity: tuple[float, float, float]
+    spin: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    body: int = 0
+
+
+def random_kicks(seed: int, duration: float, body: int = 0) -> tuple[Kick, ...]:
+    """Kicks at random times, `KICK_EVERY_S` apart, of random directions and sizes up to `KICK_MPS` and `KICK_RADPS`.
+
+    Args:
+        seed: of the random numbers.
+        duration: no kick is later [s].
+        body: who is kicked.
+    """
+    rng = np.random.default_rng(seed)
+    kicks, time = [], float(rng.uniform(*KICK_EVERY_S))
+    while time < duration:
+        velocity, spin = ((rng.uniform(-1, 1, 3) * most).tolist() for most in (KICK_MPS, KICK_RADPS))
+        kicks.append(Kick(time, tuple(velocity), tuple(spin), body))
+        time += float(rng.uniform(*KICK_EVERY_S))
+    return tuple(kicks)
+
+
+class PushApplier:
+    """Applies pushes and kicks at their times.
+
+    Attributes:
+        largest: force so far [N].
+        fastest: change of a root's velocity so far [m/s].
+
+    Raises:
+        SettingError: a push on an unknown segment, or a kick of an unknown body.
+    """
+
+    def __init__(
+        self, model: mujoco.MjModel, pushes: tuple[Push, ...], bodies: Sequence[SceneBody], kicks: tuple[Kick, ...] = ()
+    ) -> None:
         self._pushes = [(push, _body_id(model, push.body)) for push in pushes]
-        self.largest = 0.0
+        for kick in kicks:
+            if not 0 <= kick.body < len(bodies):
+                raise SettingError(f"kick of body {kick.body}; valid: 0 to {len(bodies) - 1}")
+        self._kicks = sorted(kicks, key=lambda kick: kick.time, reverse=True)
+        self._bodies = bodies
+        self.largest = self.fastest = 0.0
 
     def apply(self, data: mujoco.MjData) -> None:
-        """Set the external forces of the coming step."""
+        """Set the external forces of the coming step, and change velocities."""
         for _, body in self._pushes:
             data.xfrc_applied[body] = 0.0
         for push, body in self._pushes:
             if push.start <= data.time < push.start + push.duration:
                 data.xfrc_applied[body, :3] += push.force
                 self.largest = max(self.largest, float(np.linalg.norm(push.force)))
+        while self._kicks and self._kicks[-1].time <= data.time:
+            kick = self._kicks.pop()
+            root = data.qvel[self._bodies[kick.body].qvel][:6]
+            root[:3] += kick.velocity
+            root[3:] += kick.spin
+            self.fastest = max(self.fastest, float(np.linalg.norm(kick.velocity)))
 
 
 def _body_id(model: mujoco.MjModel, name: str) -> int:

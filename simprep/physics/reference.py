@@ -62,13 +62,39 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
     Raises:
         MotionError: fewer than two frames.
     """
-    settings = settings or ReferenceSettings()
+    return process(at_rate(motion, timestep), settings or ReferenceSettings())
+
+
+def at_rate(motion: Motion, timestep: float) -> Motion:
+    """A motion with a frame for each simulation step.
+
+    Args:
+        motion: as of `make_reference`.
+        timestep: simulation step [s].
+
+    Raises:
+        MotionError: fewer than two frames.
+    """
     if len(motion) < 2:
         raise MotionError(f"{motion.name}: {len(motion)} frame; tracking needs at least 2")
     fps = 1.0 / timestep
     plain = replace(motion, loop=False)
     steps = int(np.floor(plain.duration * fps + 1e-9))
     qpos = sample(plain, np.arange(steps + 1, dtype=np.float64) * timestep)
+    resampled = resample(plain, fps)
+    contacts = resampled.contacts[np.minimum(np.arange(steps + 1), len(resampled) - 1)]
+    events = {key: min(frame, steps) for key, frame in resampled.events.items()}
+    return replace(plain, qpos=qpos, fps=fps, contacts=contacts, events=events)
+
+
+def process(motion: Motion, settings: ReferenceSettings) -> Reference:
+    """Smooth a motion that has a frame for each simulation step, and lift it out of the floor.
+
+    Args:
+        motion: of `at_rate`.
+        settings: smoothing and lift.
+    """
+    qpos, fps = motion.qpos.copy(), motion.fps
     if settings.smoothing > 0:
         qpos = _smooth(qpos, settings.smoothing * fps)
     clearance = body_clearance(qpos, motion.character)
@@ -77,10 +103,7 @@ def make_reference(motion: Motion, timestep: float, settings: ReferenceSettings 
         lift = _lift_offset(-clearance.min(axis=1), settings.lift_smoothing * fps)
         qpos[:, 2] += lift
         clearance = clearance + lift[:, None]
-    at_rate = resample(plain, fps)
-    contacts = at_rate.contacts[np.minimum(np.arange(steps + 1), len(at_rate) - 1)]
-    events = {key: min(frame, steps) for key, frame in at_rate.events.items()}
-    processed = replace(plain, qpos=qpos, fps=fps, contacts=contacts, events=events)
+    processed = replace(motion, qpos=qpos)
     return Reference(
         motion=processed,
         qpos=processed.qpos,

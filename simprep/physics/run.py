@@ -25,10 +25,11 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Assist:
-    """Largest external force [N] and torque [N m] anywhere in a run (pushes; never the controllers)."""
+    """Largest external force [N], torque [N m] and kick [m/s] anywhere in a run (never the controllers')."""
 
     force_n: float = 0.0
     torque_nm: float = 0.0
+    kick_mps: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -1,44 +1,13 @@
 """Simulate free-floating bodies that track motions with joint motors only: `simulate` any number, `track` one."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial
 
-from simprep.errors import MotionError, SettingError, UnknownNameError
+from simprep.errors import MotionError
 from simprep.motion.motion import Motion
-from simprep.physics.bodies import scene_bodies
-from simprep.physics.contacts import merge_touches
-from simprep.physics.controller import Controller, ControllerFactory, ControlTask, PdController
-from simprep.physics.falls import FallRule
-from simprep.physics.loop import Recording, quiet_warnings, run_loop
-from simprep.physics.mpc import MpcController, MpcSettings
-from simprep.physics.overlap import overlap_of_poses
-from simprep.physics.pushes import Push
-from simprep.physics.reference import ReferenceSettings, make_reference
-from simprep.physics.run import Assist, BodyRun, Run
-from simprep.scene import SceneSettings, build_scene
-
-CONTROLLERS = ("pd", "mpc")
-"""Controllers known by name."""
-
-
-@dataclass(frozen=True)
-class SimulationSettings:
-    """Everything that a run depends on besides motions, controller and seed.
-
-    Attributes:
-        scene: obstacles, timestep, friction; its bodies are replaced by the motions'.
-        reference: processing of the motions.
-        mpc: configuration of the controller `mpc`.
-        fall: when a body counts as fallen.
-        pushes: external forces on segments, named as in the scene (`pelvis` of a single body, `a_pelvis` of several).
-    """
-
-    scene: SceneSettings = field(default_factory=SceneSettings)
-    reference: ReferenceSettings = field(default_factory=ReferenceSettings)
-    mpc: MpcSettings = field(default_factory=MpcSettings)
-    fall: FallRule = field(default_factory=FallRule)
-    pushes: tuple[Push, ...] = ()
+from simprep.physics.controller import ControllerFactory
+from simprep.physics.run import Run
+from simprep.physics.settings import SimulationSettings
+from simprep.physics.tracker import Tracker
 
 
 def simulate(
@@ -67,17 +36,18 @@ def simulate(
         UnknownNameError: no such controller.
         SettingError: a push on an unknown segment, no motion or too many, or something that is no controller.
     """
-    settings = settings or SimulationSettings()
-    make = _factory(controller, settings.mpc)
     motions = _checked(motions)
-    scene = replace(settings.scene, bodies=tuple(motion.character for motion in motions))
-    model = build_scene(scene)
-    references = tuple(make_reference(motion, scene.timestep, settings.reference) for motion in motions)
-    task = ControlTask(model, scene, scene_bodies(model, scene.bodies), references, seed)
-    with quiet_warnings():
-        brain = make(task)
-        recording = run_loop(task, brain, settings.fall, settings.pushes, progress)
-    return _run(task, brain, recording)
+    characters = [motion.character for motion in motions]
+    tracker = Tracker(characters, None, seed, controller, settings, stands=False)
+    tracker.extend(*motions)
+    steps = max(1.0, tracker.ahead_s / tracker.timestep)
+    number = 0
+    while not tracker.end:
+        tracker.step()
+        if progress and number % 4 == 0 and not tracker.end:
+            progress((number + 1) / steps)
+        number += 1
+    return tracker.run()
 
 
 def track(
@@ -111,50 +81,3 @@ def _checked(motions: Sequence[Motion]) -> tuple[Motion, ...]:
                 f"{other.fps:g}; the bodies of a scene need equal length and rate"
             )
     return motions
-
-
-def _factory(controller: str | ControllerFactory, mpc: MpcSettings) -> ControllerFactory:
-    if controller == "pd":
-        return PdController
-    if controller == "mpc":
-        return partial(MpcController, settings=mpc)
-    if isinstance(controller, str):
-        raise UnknownNameError("controller", controller, CONTROLLERS)
-    if not callable(controller):
-        raise SettingError(
-            f"controller {controller!r}; valid: {', '.join(CONTROLLERS)}, or a class or function that takes a ControlTask"
-        )
-    return controller
-
-
-def _run(task: ControlTask, brain: Controller, recording: Recording) -> Run:
-    taken = recording.taken
-    bodies = [
-        BodyRun(
-            reference=reference.motion,
-            reference_qvel=reference.qvel[: taken + 1],
-            torque_limit=task.model.actuator_forcerange[recorder.body.controls, 1].copy(),
-            processing=reference.processing,
-            **recorder.arrays(taken),
-        )
-        for reference, recorder in zip(task.references, recording.bodies)
-    ]
-    timestep = float(task.model.opt.timestep)
-    poses = [reference.qpos[:taken] for reference in task.references]
-    return Run(
-        bodies=tuple(bodies),
-        controller=brain.name,
-        seed=task.seed,
-        timestep=timestep,
-        end=recording.end,
-        end_reason=recording.reason,
-        fallen=recording.fallen,
-        contacts=merge_touches(recording.between.touches, timestep),
-        overlap=recording.between.overlap[:taken],
-        reference_overlap=overlap_of_poses(poses, task.scene.bodies),
-        unconverged=recording.between.unconverged[:taken],
-        settings=brain.settings(),
-        assist=Assist(force_n=recording.push_n),
-        wall_s=recording.wall_s,
-        overhead_share=recording.overhead_share,
-    )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.motion import Motion
-from simprep.physics.simulate import CONTROLLERS
+from simprep.physics.tracker import CONTROLLERS
 from simprep.preparation.scenario import ARMS, AlphaProfile
 
 ARM_LABELS = {

@@ -13,7 +13,8 @@ from simprep.motion.motion import Motion
 from simprep.physics.controller import ControllerFactory
 from simprep.physics.pushes import Push
 from simprep.physics.run import DONE
-from simprep.physics.simulate import SimulationSettings, track
+from simprep.physics.settings import SimulationSettings
+from simprep.physics.simulate import track
 
 BEFORE_S, AFTER_S = 1.0, 3.0
 """What is simulated of a motion before a push begins and after it ends, as far as the motion has it [s]."""

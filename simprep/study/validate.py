@@ -10,7 +10,8 @@ from simprep.metrics.evaluate import evaluate_motion, evaluate_run
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.run import Run
-from simprep.physics.simulate import SimulationSettings, track
+from simprep.physics.settings import SimulationSettings
+from simprep.physics.simulate import track
 from simprep.preparation import scenario as make_scenario
 from simprep.study.plan import Case, Condition, StudyPlan
 

@@ -18,7 +18,8 @@ from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.mpc import MpcSettings
 from simprep.physics.run import Assist, Run
-from simprep.physics.simulate import SimulationSettings, simulate
+from simprep.physics.settings import SimulationSettings
+from simprep.physics.simulate import simulate
 from simprep.physics.store import read_run, save_run
 
 PEOPLE = (humanoid(), humanoid(1.6, 55.0), humanoid(1.85, 90.0))

@@ -12,16 +12,14 @@ from simprep.library import library_motion
 from simprep.motion.edit import cut, move
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
-from simprep.physics.bodies import scene_bodies
 from simprep.physics.contacts import Touch, merge_touches
-from simprep.physics.controller import ControlTask, PdController
 from simprep.physics.falls import FallRule
-from simprep.physics.loop import run_loop
 from simprep.physics.mpc import MpcSettings
-from simprep.physics.reference import ReferenceSettings, make_reference
+from simprep.physics.reference import ReferenceSettings
 from simprep.physics.run import Run
-from simprep.physics.simulate import SimulationSettings, simulate, track
-from simprep.scene import SceneSettings, build_scene
+from simprep.physics.settings import SimulationSettings
+from simprep.physics.simulate import simulate, track
+from simprep.physics.tracker import Tracker
 
 SMALL, LARGE = humanoid(1.6, 55.0), humanoid(1.85, 95.0)
 
@@ -47,22 +45,22 @@ def momentum(qpos: np.ndarray, character: Character, timestep: float) -> np.ndar
 @pytest.mark.parametrize("speed", [1.0, 4.0])
 def test_recorded_impulses_are_the_momentum_that_bodies_exchange(speed: float) -> None:
     bodies = (SMALL, LARGE)
-    scene = SceneSettings(bodies)
-    model = build_scene(scene)
-    model.opt.gravity[:] = 0.0
-    dt = model.opt.timestep
     # off the line of centres, so that limbs meet, slide and spin
     motions = [flying(SMALL, (0, 0, 3), speed, 1), flying(LARGE, (0.9, 0.15, 3.1), -speed, 2, np.pi)]
-    references = tuple(make_reference(motion, dt, ReferenceSettings(smoothing=0)) for motion in motions)
-    task = ControlTask(model, scene, scene_bodies(model, scene.bodies), references, seed=0)
-    simulated = run_loop(task, PdController(task), FallRule(100, 100))
+    settings = SimulationSettings(reference=ReferenceSettings(smoothing=0), fall=FallRule(100, 100))
+    tracker = Tracker(bodies, None, controller="pd", settings=settings, stands=False)
+    tracker.model.opt.gravity[:] = 0.0
+    tracker.extend(*motions)
+    while not tracker.end:
+        tracker.step()
+    simulated = tracker.run()
     assert simulated.end == "done"
-    assert not simulated.between.unconverged.any()
-    contacts = merge_touches(simulated.between.touches, dt)
+    assert not simulated.unconverged.any()
+    contacts = simulated.contacts
     recorded = np.sum([one.impulse for one in contacts], axis=0)
     change = []
     for recorder, character in zip(simulated.bodies, bodies):
-        path = momentum(recorder.qpos, character, dt)
+        path = momentum(recorder.qpos, character, tracker.timestep)
         change.append(path[-1] - path[0])
         assert not recorder.ground_force.any()
     size = np.linalg.norm(recorded)

@@ -15,7 +15,8 @@ from simprep.physics.mpc import MpcSettings
 from simprep.physics.pushes import Push
 from simprep.physics.reference import ReferenceSettings, make_reference
 from simprep.physics.run import Run
-from simprep.physics.simulate import SimulationSettings, track
+from simprep.physics.settings import SimulationSettings
+from simprep.physics.simulate import track
 
 WEIGHT_N = 75.0 * 9.81
 CHEAP = MpcSettings(samples=16, refined=8)

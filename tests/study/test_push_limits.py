@@ -15,7 +15,8 @@ from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.mpc import MpcSettings
 from simprep.physics.pushes import Push
-from simprep.physics.simulate import SimulationSettings, track
+from simprep.physics.settings import SimulationSettings
+from simprep.physics.simulate import track
 from simprep.study import push_limits as module
 from simprep.study.push_limits import PushSettings, largest_survived, push_limits
 
