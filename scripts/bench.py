@@ -45,7 +45,7 @@ from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.modes import begin_fight
 from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import preset
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from simprep.errors import SettingError as SettingError
     from simprep.errors import SimprepError as SimprepError
     from simprep.errors import UnknownNameError as UnknownNameError
-    from simprep.humanoid import humanoid as humanoid
+    from simprep.humanoid_model import humanoid as humanoid
     from simprep.library.registry import library_motion as library_motion
     from simprep.library.registry import library_names as library_names
     from simprep.metrics.evaluate import evaluate_motion as evaluate_motion
@@ -101,7 +101,7 @@ _EXPORTS = {
     "evaluate_motion": "simprep.metrics.evaluate",
     "evaluate_run": "simprep.metrics.evaluate",
     "fight_model": "simprep.duel.fight.default_model",
-    "humanoid": "simprep.humanoid",
+    "humanoid": "simprep.humanoid_model",
     "import_motion": "simprep.motion.load",
     "import_pair": "simprep.duel.stream.import_pair",
     "library_motion": "simprep.library.registry",

@@ -5,7 +5,7 @@ from typing import Any
 
 from simprep.character import Character
 from simprep.errors import MotionError, UnknownNameError
-from simprep.humanoid import DEFAULT_HEIGHT_M, DEFAULT_MASS_KG, MODEL_NAME, MODEL_VERSION, humanoid
+from simprep.humanoid_model import DEFAULT_HEIGHT_M, DEFAULT_MASS_KG, MODEL_NAME, MODEL_VERSION, humanoid
 from simprep.primitive_robot import ROBOT_NAME, ROBOT_VERSION, primitive_robot
 
 CHARACTERS: dict[str, Callable[[float, float], Character]] = {

@@ -9,7 +9,7 @@ from functools import lru_cache
 import mujoco
 
 from simprep.character import SIDES, Character
-from simprep.humanoid import mjcf_folder
+from simprep.humanoid_model import mjcf_folder
 
 ROBOT_NAME = "simprep_primitive_robot"
 ROBOT_VERSION = 1

@@ -8,7 +8,7 @@ import numpy as np
 
 from simprep.character import Character
 from simprep.errors import SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 
 DEFAULT_TIMESTEP_S = 1.0 / 480.0
 """Half of it moves the medians of paired runs by under 5 % (`scripts/timestep_study.py`), twice by up to a fifth."""

@@ -16,7 +16,7 @@ BASE = (
     "characters",
     "errors",
     "files",
-    "humanoid",
+    "humanoid_model",
     "primitive_robot",
     "scene",
     "threads",
@@ -148,7 +148,10 @@ def test_scripts_and_examples_use_public_names_and_stand_alone(folder):
 
 def test_a_wrong_direction_would_be_found():
     assert imported_parts("def f():\n    from simprep.cli.main import main\n") == {"cli"}
-    assert imported_parts("from simprep import humanoid\nimport simprep.report.gl") == {"humanoid", "report"}
+    assert imported_parts("from simprep import humanoid_model\nimport simprep.report.gl") == {
+        "humanoid_model",
+        "report",
+    }
     assert imported_parts("from simprep.duel import fight\nimport simprep.duel.model.store", "simprep.duel") == {
         "fight",
         "model",

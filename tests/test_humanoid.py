@@ -6,7 +6,7 @@ import pytest
 
 from simprep.character import Character
 from simprep.errors import SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.scene import SceneSettings, build_scene
 

@@ -6,7 +6,7 @@ import tomllib
 from pathlib import Path
 
 import simprep
-from simprep.humanoid import mjcf_folder
+from simprep.humanoid_model import mjcf_folder
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -50,3 +50,9 @@ def test_the_version_is_in_one_place():
     assert project["tool"]["hatch"]["version"]["path"] == "simprep/__init__.py"
     assert f'__version__ = "{simprep.__version__}"' in (ROOT / "simprep" / "__init__.py").read_text()
     assert re.fullmatch(r"\d+\.\d+\.\d+\S*", simprep.__version__)
+
+
+def test_no_export_is_hidden_by_a_module_of_its_name():
+    """`simprep.x` is the module x as soon as anything imports it; an export of that name would be gone."""
+    modules = {path.stem for path in (ROOT / "simprep").iterdir() if path.suffix == ".py" or path.is_dir()}
+    assert not modules & set(simprep.__all__)

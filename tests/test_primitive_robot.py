@@ -18,7 +18,7 @@ from simprep.characters import character_of_name
 from simprep.duel.stream.store import save_stream
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError, MotionFileError, SettingError, UnknownNameError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.edit import cut, mirror, repeat
 from simprep.motion.kinematics import body_clearance, forward_kinematics
 from simprep.motion.load import import_motion

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.scene import (
     BODY_LIMIT,
     FLOOR_BIT,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import tyro
 
 from simprep.cli import output as output_module
-from simprep.cli.output import BaseCommand, Json, Output, Quiet
+from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet
 
 if TYPE_CHECKING:
     from simprep.controller.influence import Influence
@@ -63,6 +63,7 @@ class Approach(BaseCommand):
     )
     """Folder for the results."""
 
+    preset: Preset = "default"
     json: Json = False
     quiet: Quiet = False
 
@@ -130,11 +131,13 @@ class Approach(BaseCommand):
 
     def _track(self, motion: Any, output: Output) -> tuple[Any, dict[str, Any], Path]:
         from simprep.metrics.evaluate import evaluate_run
+        from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.settings import SimulationSettings
         from simprep.physics.simulate import track
         from simprep.physics.store import RUN_FILE, save_run
 
         with output.simulating("mpc", motion) as progress:
-            run = track(motion, "mpc", self.seed, progress=progress)
+            run = track(motion, "mpc", self.seed, SimulationSettings(mpc=MPC_PRESETS[self.preset]), progress)
         return run, evaluate_run(run), save_run(run, self.out / RUN_FILE)
 
     def _draw(self, result: "Result", task: "Task", run: Any, output: Output) -> list[Path]:

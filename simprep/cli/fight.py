@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from simprep.cli import output as output_module
-from simprep.cli.output import BaseCommand, Json, Output, Quiet
+from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet
 
 PICTURES = 12
 
@@ -55,6 +55,7 @@ class FightCommand(BaseCommand):
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = None
     """Folder for the results; default results/fight/MODE_SEED."""
 
+    preset: Preset = "default"
     json: Json = False
     quiet: Quiet = False
 
@@ -65,6 +66,7 @@ class FightCommand(BaseCommand):
         from simprep.duel.fight.modes import begin_fight
         from simprep.duel.model.fight_model import model_doubts
         from simprep.metrics.interaction.evaluate import evaluate_fight, fight_content, recorded_distributions
+        from simprep.physics.mpc import MPC_PRESETS
         from simprep.report.fight.files import save_fight
         from simprep.report.fight.pictures import draw_fight
         from simprep.report.results import provenance, save_json
@@ -91,6 +93,7 @@ class FightCommand(BaseCommand):
                 self.seed,
                 lambda share: bar.update(task, completed=share),
                 len(fight.stream) / wall_s,
+                MPC_PRESETS[self.preset],
             )
         folder = self.out or Path("results") / "fight" / f"{self.mode}_{self.seed}"
         content = results.headline()

@@ -45,6 +45,24 @@ class Track(BaseCommand):
     seed: int = 0
     """Seed of the controller's random numbers."""
 
+    mass_scale: float = 1.0
+    """Simulate bodies heavier by this factor than the controller believes."""
+
+    friction: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
+    """Simulate a floor of this sliding friction; the controller believes 1."""
+
+    strength: float = 1.0
+    """Simulate motors stronger by this factor than the controller believes."""
+
+    delay_ms: float = 0.0
+    """Tell the controller states of this age [ms]; it predicts the present one."""
+
+    noise: float = 0.0
+    """Noise of the states that the controller is told; 1: 1 cm, 0.02 rad, 0.1 m/s of the root, 0.01 rad of each joint."""
+
+    kicks: Annotated[int | None, tyro.conf.arg(metavar="SEED", help_behavior_hint="")] = None
+    """Kick the root every 1 to 3 s at random, by up to 0.5 m/s and 0.78 rad/s; reported as assist_kick_mps."""
+
     frames: Annotated[str | None, tyro.conf.arg(metavar="A:B", help_behavior_hint="")] = None
     """Frames a:b of the motion: from a up to but not including b; either may be left out. What is
     beyond the end is left out, with a warning."""
@@ -70,15 +88,21 @@ class Track(BaseCommand):
         # a bad file fails before the heavier imports
         motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds, output.warn)
         from simprep.metrics.evaluate import evaluate_run
+        from simprep.physics.mismatch import Mismatch
         from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.pushes import random_kicks
         from simprep.physics.settings import SimulationSettings
         from simprep.physics.simulate import track
         from simprep.physics.store import RUN_FILE, save_run
         from simprep.report.results import provenance, save_json
 
+        settings = SimulationSettings(
+            mpc=MPC_PRESETS[self.preset],
+            kicks=() if self.kicks is None else random_kicks(self.kicks, motion.duration),
+            mismatch=Mismatch(self.mass_scale, self.friction, self.strength, self.delay_ms / 1000, self.noise),
+        )
         folder = self.out or Path("results") / "track" / f"{motion.name}_{self.controller}"
         with output.simulating(f"{self.controller} {motion.name}", motion) as progress:
-            settings = SimulationSettings(mpc=MPC_PRESETS[self.preset])
             run = track(motion, self.controller, self.seed, settings, progress)
         metrics = evaluate_run(run)
         content = {
@@ -97,6 +121,7 @@ class Track(BaseCommand):
             "fell_at_s": run.fell_at_s,
             "s_per_s": run.wall_s / run.end_s if run.end_s > 0 else None,
             "assist_n": run.assist.force_n,
+            "assist_kick_mps": run.assist.kick_mps,
             **metrics,
         }
         files = [save_run(run, folder / RUN_FILE)]

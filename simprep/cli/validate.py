@@ -8,7 +8,7 @@ import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
-from simprep.cli.output import BaseCommand, Json, Output, Quiet
+from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet
 
 if TYPE_CHECKING:
     from simprep.motion.motion import Motion
@@ -48,6 +48,8 @@ class Validate(BaseCommand):
     controllers: tuple[Literal["pd", "mpc"], ...] = ("pd", "mpc")
     """Controllers to simulate with."""
 
+    preset: Preset = "default"
+
     seeds: int = 1
     """Number of seeds, from 0. pd has no random numbers and runs once."""
 
@@ -75,6 +77,8 @@ class Validate(BaseCommand):
 
     def _run(self, output: Output) -> dict[str, Any]:
         plan = self._plan(output)  # a bad file fails before the imports
+        from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.settings import SimulationSettings
         from simprep.study.pictures import draw_study
         from simprep.study.store import mark_unfinished, save_study, study_content
         from simprep.study.tables import study_tables
@@ -84,7 +88,10 @@ class Validate(BaseCommand):
         motions = self.out / "motions"
         with output.progress() as bar:
             task = bar.add_task("preparing", total=len(plan.cases()))
-            study = run_study(plan, lambda what, done: bar.update(task, description=what, completed=done), motions)
+            settings = SimulationSettings(mpc=MPC_PRESETS[self.preset])
+            study = run_study(
+                plan, lambda what, done: bar.update(task, description=what, completed=done), motions, settings
+            )
         files = [*study.files]
         if not self.no_pictures and study.results:
             files += draw_study(study, self.out, output.warn)

@@ -10,7 +10,7 @@ from simprep import __version__
 from simprep.controller.graph import KINDS, GraphSettings, MotionGraph, Node, Transition
 from simprep.errors import MotionError, SettingError, SimprepError
 from simprep.files import atomic_path
-from simprep.humanoid import MODEL_NAME, MODEL_VERSION
+from simprep.humanoid_model import MODEL_NAME, MODEL_VERSION
 from simprep.motion.edit import resample
 from simprep.motion.motion import Motion
 

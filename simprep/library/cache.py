@@ -18,7 +18,7 @@ from pathlib import Path
 
 import simprep
 from simprep.errors import MotionFileError
-from simprep.humanoid import mjcf_folder
+from simprep.humanoid_model import mjcf_folder
 from simprep.library.entry import is_name
 from simprep.motion.motion import Motion
 from simprep.motion.store import read_motion, save_motion
@@ -92,7 +92,7 @@ def _sources(folders: tuple[str, ...] = SOURCES) -> Iterator[Path]:
     for folder in folders:
         yield from sorted((package / folder).rglob("*.py"))
     yield package / "character.py"
-    yield package / "humanoid.py"
+    yield package / "humanoid_model.py"
     yield from sorted(mjcf_folder().glob("*.xml"))
 
 

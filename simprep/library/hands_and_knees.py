@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 
 from simprep.arrays import FloatArray
 from simprep.character import SIDES
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.library.entry import FPS, Entry
 from simprep.library.parts.feet import FootPath, Stance, both_feet
 from simprep.library.parts.limbs import SIGNS, arm_angles, limb_lengths

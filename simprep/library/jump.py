@@ -12,7 +12,7 @@ import numpy as np
 from scipy.interpolate import BPoly
 
 from simprep.character import SIDES
-from simprep.humanoid import GRAVITY
+from simprep.humanoid_model import GRAVITY
 from simprep.library.entry import Entry
 from simprep.library.parts.feet import FootPath, Stance
 from simprep.library.parts.limbs import SIGNS

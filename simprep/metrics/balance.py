@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simprep.arrays import BoolArray, FloatArray
-from simprep.humanoid import GRAVITY
+from simprep.humanoid_model import GRAVITY
 from simprep.metrics.dynamics import residual_wrench, whole_body, zero_moment_point
 from simprep.metrics.smoothing import smooth_motion
 from simprep.motion.edit import sample

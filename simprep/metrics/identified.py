@@ -6,7 +6,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
 from simprep.arrays import BoolArray, FloatArray
-from simprep.humanoid import GRAVITY
+from simprep.humanoid_model import GRAVITY
 from simprep.metrics.dynamics import FLIGHT_SHARE, WholeBody, whole_body, zero_moment_point
 from simprep.metrics.smoothing import DYNAMICS_SIGMA_S, SmoothMotion, smooth_motion
 from simprep.motion.motion import Motion

@@ -7,7 +7,7 @@ from scipy.ndimage import gaussian_filter1d
 
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.kinematics import forward_kinematics
 
 

@@ -7,7 +7,7 @@ from scipy.ndimage import gaussian_filter1d, maximum_filter1d
 
 from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.character import ROLES, Character
-from simprep.humanoid import GRAVITY
+from simprep.humanoid_model import GRAVITY
 from simprep.motion.contacts import contacts_of_points, stances, without_brief
 from simprep.motion.foot_passage import place_feet
 from simprep.motion.footholds import FootPoses, sole_points

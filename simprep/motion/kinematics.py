@@ -10,7 +10,7 @@ import numpy as np
 
 from simprep.arrays import FloatArray, IndexArray
 from simprep.character import Character
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.rotations import rotation_matrix
 
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from simprep.arrays import FloatArray, IndexArray
 from simprep.character import SIDES, Character
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.rotations import axis_rotation, cross
 
 

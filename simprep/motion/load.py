@@ -9,7 +9,7 @@ from typing import Any
 from simprep.archive import find_archive
 from simprep.character import Character
 from simprep.errors import MotionError, MotionFileError, SettingError
-from simprep.humanoid import humanoid, humanoid_of_leg
+from simprep.humanoid_model import humanoid, humanoid_of_leg
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.formats.text import MAX_FILE_BYTES
 from simprep.motion.import_check import ImportCheck, check_import

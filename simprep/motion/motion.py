@@ -13,7 +13,7 @@ import numpy as np
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.errors import MotionError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

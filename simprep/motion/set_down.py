@@ -5,7 +5,7 @@ from scipy.ndimage import gaussian_filter1d, minimum_filter1d
 
 from simprep.arrays import FloatArray
 from simprep.character import Character
-from simprep.humanoid import GRAVITY
+from simprep.humanoid_model import GRAVITY
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import body_clearance, forward_kinematics
 

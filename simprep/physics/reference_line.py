@@ -9,10 +9,11 @@ from simprep.arrays import FloatArray
 from simprep.character import Character
 from simprep.errors import MotionError
 from simprep.motion.curves import minimum_jerk
+from simprep.motion.edit import cut
 from simprep.motion.motion import Motion
 from simprep.motion.turns import rotation_between
 from simprep.physics.reference import Reference, ReferenceSettings, at_rate, process
-from simprep.physics.standing import standing_tail
+from simprep.physics.standing import BRAKE_S, standing_tail
 
 EASE_S = 0.3
 """Time in which a difference dies away between where the reference is and where a further motion begins [s]."""
@@ -76,21 +77,14 @@ class ReferenceLine:
 
     def window(self, first: int, last: int) -> Reference:
         """The reference from step `first` to `last`; older poses are forgotten. What was not given is standing."""
-        kept = self._upto(max(last, self.last))
-        drop = first - self._first
-        events = {key: frame - drop for key, frame in kept.events.items() if frame >= drop}
-        given = len(self._given) if self._given is not None else 0
-        if drop:
-            kept = replace(kept, qpos=kept.qpos[drop:], contacts=kept.contacts[drop:], events=events)
-            given = max(given - drop, 2)  # standing goes on from the last two poses
-            self._given = replace(
-                kept,
-                qpos=kept.qpos[:given],
-                contacts=kept.contacts[:given],
-                events={key: frame for key, frame in events.items() if frame < given},
-            )
-            self._first = first
-        return process(kept, self._settings)
+        whole = self._upto(max(last, self.last))
+        settled = self.last + BRAKE_S / self._timestep  # from here on all poses are the same
+        begin = first if first >= settled else min(first, self.last - 1)  # standing goes on from the last two poses
+        after = max(self.last + 1, begin + 2)
+        if begin > self._first:
+            self._given, self._first = cut(whole, begin - self._first, after - self._first), begin
+            whole = self._upto(max(last, self.last))
+        return process(cut(whole, first - self._first, len(whole)), self._settings)
 
     def _upto(self, last: int) -> Motion:
         """Poses from the first kept one to step `last`: what was given, then standing."""

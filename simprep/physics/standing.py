@@ -5,7 +5,7 @@ from scipy.spatial.transform import Rotation
 
 from simprep.arrays import FloatArray
 from simprep.character import Character
-from simprep.humanoid import GRAVITY
+from simprep.humanoid_model import GRAVITY
 from simprep.motion.curves import dying_away, minimum_jerk
 from simprep.motion.edit import yaw
 from simprep.motion.kinematics import forward_kinematics

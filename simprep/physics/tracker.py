@@ -23,7 +23,7 @@ import numpy as np
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.errors import SettingError, UnknownNameError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.bodies import scene_bodies
 from simprep.physics.contacts import ContactReader, merge_touches

@@ -15,7 +15,7 @@ from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
 from simprep.duel.labels.segmentation import Cuts
 from simprep.duel.stream.store import save_stream
 from simprep.duel.stream.stream import DuelStream
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.edit import cut, resample
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion

@@ -11,7 +11,7 @@ import pytest
 
 from simprep.cli.main import Command, main
 from simprep.errors import SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.store import read_run

@@ -11,7 +11,7 @@ from simprep.controller.policy import save_policy
 from simprep.duel.stream.store import read_stream, save_stream
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
 from simprep.motion.motion import Motion
 from simprep.motion.store import read_motion, save_motion

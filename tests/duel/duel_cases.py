@@ -5,7 +5,7 @@ import numpy as np
 from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
 from simprep.duel.labels.segmentation import Cuts
 from simprep.duel.stream.stream import DuelStream
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
 
 FPS = 30.0

@@ -6,7 +6,7 @@ from scipy.spatial import ConvexHull, QhullError
 
 from simprep.character import SIDES
 from simprep.errors import UnknownNameError
-from simprep.humanoid import GRAVITY, humanoid
+from simprep.humanoid_model import GRAVITY, humanoid
 from simprep.library import library_entries, library_motion, library_names
 from simprep.library.parts.balance import ground_reaction
 from simprep.motion.contacts import stances

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simprep.humanoid import mjcf_folder
+from simprep.humanoid_model import mjcf_folder
 from simprep.library import cache, library_entries
 from simprep.library.cache import cached_motion, code_key
 from simprep.motion.motion import Motion
@@ -101,7 +101,13 @@ def test_the_key_follows_code_and_model_and_newer_code_keeps_nothing(folder, mon
     monkeypatch.setattr(cache, "mjcf_folder", lambda: package / "mjcf")
     monkeypatch.setattr(cache.simprep, "__file__", str(package / "__init__.py"))
     assert code_key.__wrapped__() == real
-    for changed in ("library/duck.py", "motion/formats/bvh.py", "character.py", "humanoid.py", "mjcf/humanoid.xml"):
+    for changed in (
+        "library/duck.py",
+        "motion/formats/bvh.py",
+        "character.py",
+        "humanoid_model.py",
+        "mjcf/humanoid.xml",
+    ):
         before = code_key.__wrapped__()
         with (package / changed).open("a") as stream:
             stream.write("\n")

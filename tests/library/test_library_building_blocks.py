@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from simprep.character import SIDES
-from simprep.humanoid import GRAVITY, humanoid
+from simprep.humanoid_model import GRAVITY, humanoid
 from simprep.library.parts.balance import cart_table_zmp, com_from_zmp, ground_reaction
 from simprep.library.parts.feet import FootPath, Stance, foot_spheres
 from simprep.library.parts.limbs import arm_angles

@@ -5,7 +5,7 @@ import pytest
 from test_built_in_motions import hands_and_knees_on_the_floor, outside, played
 
 from simprep.character import SIDES
-from simprep.humanoid import GRAVITY
+from simprep.humanoid_model import GRAVITY
 from simprep.library import jump as jumps
 from simprep.library import library_entries, library_motion
 from simprep.library.parts.balance import com_from_zmp, ground_reaction, later_period

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion, differentiate
 from simprep.physics.run import DONE, BodyRun, Run
 

@@ -3,7 +3,7 @@ import numpy as np
 import pytest
 from metric_cases import rigid_motion, run_of, swaying_motion
 
-from simprep.humanoid import GRAVITY, humanoid
+from simprep.humanoid_model import GRAVITY, humanoid
 from simprep.metrics.balance import balance, extrapolated_com, plausibility_summary, posture_summary
 from simprep.metrics.dynamics import residual_wrench, whole_body, zero_moment_point
 from simprep.metrics.identified import identify_motion, identify_pendulum, identify_run

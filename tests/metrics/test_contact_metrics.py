@@ -3,7 +3,7 @@ import pytest
 from metric_cases import rigid_motion, swaying_motion
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, slip_ratio, sphere_slip
 from simprep.motion.edit import move, resample
 from simprep.motion.motion import Motion

@@ -45,7 +45,7 @@ def test_drift_is_global_and_pose_is_root_relative():
     assert drifted["mpjpe_mm"] == pytest.approx(0, abs=1e-9)
     assert evaluate_run(run_of(move(motion, (0.31, 0.4)), motion))["success"] is False  # done, but 507 mm off
     # one arm straight forward instead of down: elbow and wrist move on quarter circles, the other 15 bodies stay
-    from simprep.humanoid import humanoid
+    from simprep.humanoid_model import humanoid
 
     still = rigid_motion(np.zeros((61, 3)), 60.0)
     qpos = still.qpos.copy()

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from simprep.character import SIDES
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.kinematics import body_clearance, forward_kinematics
 
 LIMBS = {f"{side}_{part}": (f"{side}_{part}", f"{side}_{end}") for side in SIDES for part, end in

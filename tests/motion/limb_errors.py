@@ -15,7 +15,7 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from simprep.character import SIDES
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 

@@ -15,7 +15,7 @@ import pytest
 from motion_files import amc_text, asf_text, bvh_text, deepmimic_frame, deepmimic_text, write
 
 from simprep.errors import MotionFileError, SimprepError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.load import import_motion, load_motion
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion

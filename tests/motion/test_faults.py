@@ -11,7 +11,7 @@ from motion_files import LIMBS, bvh_text, write
 
 from simprep.duel.stream.import_pair import import_pair
 from simprep.errors import MotionFileError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import ImportResult, import_motion
 from simprep.motion.motion import Motion

@@ -22,7 +22,7 @@ from motion_files import LIMBS, amc_text, asf_text, bvh_text, deepmimic_frame, d
 
 from simprep.duel.stream.positions import position_clip, read_positions
 from simprep.errors import SimprepError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.edit import resample
 from simprep.motion.formats.bvh import read_bvh_people
 from simprep.motion.formats.skeleton import SourceClip

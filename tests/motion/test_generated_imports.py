@@ -7,7 +7,7 @@ import pytest
 from generated_clips import KINDS, LIMBS, generate
 from limb_errors import BAR_P95_DEG, BAR_WORST_DEG, limb_errors, read
 
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.load import import_motion
 
 CHOSEN = tuple(n for kind in dict.fromkeys(KINDS) for n in [k for k, other in enumerate(KINDS) if other == kind][:8:2])

@@ -9,7 +9,7 @@ import pytest
 from motion_files import bvh_text, write
 from scipy.spatial.transform import Rotation
 
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.import_check import LIMBS, check_import
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import import_motion, load_motion

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from simprep.character import SIDES
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.contacts import detect_contacts, stances
 from simprep.motion.edit import resample
 from simprep.motion.kinematics import forward_kinematics

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from simprep.character import SIDES
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.limb_ik import ball_joint_angles, legs, solve_leg
 from simprep.motion.rotations import axis_rotation, rotation_matrix

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.edit import at_origin, concatenate, cut, mirror, move, repeat, resample, yaw
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion

@@ -13,7 +13,7 @@ import pytest
 from motion_files import bvh_text, deepmimic_frame, deepmimic_text, write
 
 from simprep.errors import MotionFileError, SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.edit import resample
 from simprep.motion.formats.bvh import read_bvh
 from simprep.motion.formats.deepmimic import read_deepmimic

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from simprep.character import Character
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.closed_form import closed_form
 from simprep.motion.foot_passage import place_feet
 from simprep.motion.footholds import FootPoses, sole_points

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
 from simprep.motion.kinematics import body_clearance
 from simprep.motion.set_down import set_down

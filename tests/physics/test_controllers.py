@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import SettingError, UnknownNameError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.controller import ControlTask, PdController
 from simprep.physics.simulate import simulate, track

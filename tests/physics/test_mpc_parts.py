@@ -9,7 +9,7 @@ import pytest
 
 from simprep.cli.output import Preset
 from simprep.errors import SettingError
-from simprep.humanoid import GRAVITY, humanoid
+from simprep.humanoid_model import GRAVITY, humanoid
 from simprep.library import library_motion
 from simprep.motion.motion import Motion
 from simprep.physics.inverse_dynamics import needed_torques

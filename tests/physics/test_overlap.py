@@ -6,7 +6,7 @@ import pytest
 
 from simprep.character import Character
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.kinematics import forward_kinematics
 from simprep.physics.bodies import WORLD, geom_owners, scene_bodies
 from simprep.physics.overlap import overlap_of_poses

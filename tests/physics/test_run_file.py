@@ -12,7 +12,7 @@ import pytest
 
 from simprep.character import Character
 from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion

@@ -7,7 +7,7 @@ import pytest
 
 from simprep.character import Character
 from simprep.errors import MotionError, SettingError, UnknownNameError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
 from simprep.motion.edit import cut, move
 from simprep.motion.kinematics import forward_kinematics

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import MotionError, SettingError, UnknownNameError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
 from simprep.motion.edit import cut, repeat
 from simprep.motion.kinematics import body_clearance, forward_kinematics

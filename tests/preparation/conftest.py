@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import SettingError, UnknownNameError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.rotations import multiply_quat
 from simprep.preparation.blending import blending_weight, join_heading, joint_weights, split_heading
 from simprep.preparation.settings import CURVES, PreparationSettings

@@ -7,7 +7,7 @@ import pytest
 
 from simprep import prepare as exported
 from simprep.errors import MotionError, SettingError, UnknownNameError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
 from simprep.motion.contacts import stances
 from simprep.motion.edit import move, yaw

@@ -10,7 +10,7 @@ from simprep.duel.labels.labels import Label
 from simprep.duel.model.structures import couple, link_actions
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
 from simprep.report.duel.label_text import COLOUR_OF, full_text, kind_of, short_text
 from simprep.report.duel.structures import plot_structures

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from simprep.errors import SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
 from simprep.report.figures import plot_blending_curves, plot_com_and_support, plot_margins, support_margin
 from simprep.report.film_strip import HEADER_PX, Row, Stage, StripSettings, film_strip, save_film_strip

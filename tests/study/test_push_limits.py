@@ -9,7 +9,7 @@ import pytest
 
 from simprep.cli.main import main
 from simprep.errors import SettingError, UnknownNameError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.edit import move
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion

@@ -8,7 +8,7 @@ import pytest
 
 from simprep.cli.main import main
 from simprep.errors import SettingError, UnknownNameError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.run import BodyRun, Run
 from simprep.study.plan import ARMS, StudyPlan

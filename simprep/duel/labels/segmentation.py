@@ -16,7 +16,7 @@ from scipy.signal import find_peaks
 from simprep.arrays import FloatArray, IntArray
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import GRAVITY
+from simprep.humanoid_model import GRAVITY
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 
 

@@ -7,7 +7,7 @@ from simprep.archive import open_archive, write_archive
 from simprep.character import Character
 from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MotionFileError
-from simprep.humanoid import MODEL_NAME, MODEL_VERSION, humanoid
+from simprep.humanoid_model import MODEL_NAME, MODEL_VERSION, humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.store import read_poses
 

@@ -12,7 +12,7 @@ from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.duel.synthetic.kinds import SIDES, context_of
 from simprep.duel.synthetic.pieces import PITCH, PIVOT
 from simprep.duel.synthetic.planned import FPS, Fighter, Planned
-from simprep.humanoid import GRAVITY
+from simprep.humanoid_model import GRAVITY
 from simprep.library.parts.feet import FootPath, Stance, ankle_height
 from simprep.library.parts.limbs import SIGNS
 from simprep.motion.contacts import stances

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simprep.arrays import FloatArray, IntArray
-from simprep.humanoid import GRAVITY
+from simprep.humanoid_model import GRAVITY
 
 EARLIEST, LATEST = 0.28, 0.72
 """Where within an action its peak may be."""

@@ -16,7 +16,7 @@ from simprep.duel.synthetic.planned import FPS, Fighter
 from simprep.duel.synthetic.presets import SyntheticSettings
 from simprep.duel.synthetic.schedule import draw_clip
 from simprep.duel.synthetic.truth import Truth
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import multiply_quat
 

@@ -18,7 +18,7 @@ from simprep.duel.synthetic.heave import Heave, heave
 from simprep.duel.synthetic.kinds import SIDES
 from simprep.duel.synthetic.pieces import FIRST_HINGE, PITCH, PIVOT, Piece, guard_posture
 from simprep.duel.synthetic.planned import FPS, Fighter, Planned
-from simprep.humanoid import GRAVITY, humanoid
+from simprep.humanoid_model import GRAVITY, humanoid
 from simprep.library.parts.balance import com_from_zmp
 from simprep.library.parts.limbs import leg_joints
 from simprep.library.parts.posture import trunk_rotation

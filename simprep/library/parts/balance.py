@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from simprep.arrays import FloatArray
 from simprep.character import Character
-from simprep.humanoid import GRAVITY, humanoid
+from simprep.humanoid_model import GRAVITY, humanoid
 from simprep.motion.kinematics import Kinematics
 
 

@@ -9,7 +9,7 @@ from scipy.interpolate import make_interp_spline
 
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import SIDES, Character
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.library.parts.limbs import SIGNS
 from simprep.motion.curves import Curve, constant, minimum_jerk
 from simprep.motion.rotations import axis_rotation

@@ -8,7 +8,7 @@ import numpy as np
 
 from simprep.arrays import FloatArray, IndexArray
 from simprep.character import SIDES, Character
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.limb_ik import ball_joint_angles, two_bar_bend
 
 SIGNS = {"left": 1.0, "right": -1.0}

@@ -6,7 +6,7 @@ import numpy as np
 
 from simprep.arrays import FloatArray
 from simprep.character import SIDES, Character
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.curves import key_curve
 from simprep.motion.rotations import axis_rotation
 

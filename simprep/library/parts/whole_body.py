@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.errors import MotionError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.library.parts.balance import cart_table_zmp, com_from_zmp, ground_reaction, later_period
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.limb_ik import legs, solve_leg

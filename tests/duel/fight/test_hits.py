@@ -11,7 +11,7 @@ from simprep.duel.fight.hits import BLOCKED, GRACE_S, HIT, NOBODY, UNINTENDED, j
 from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import UnknownNameError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.contacts import BodyContact
 

@@ -20,7 +20,7 @@ from simprep.duel.stream.stream import facing_error, root_distance
 from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import PRESETS
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.metrics.contact import floor_penetration, foot_slip, stance_drift
 from simprep.motion.edit import yaw
 from simprep.motion.turns import turned

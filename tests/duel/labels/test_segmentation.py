@@ -18,7 +18,7 @@ from simprep.duel.labels.segmentation import (
 )
 from simprep.duel.stream.stream import DuelStream, concatenate_streams
 from simprep.errors import MotionError, MotionFileError, SettingError
-from simprep.humanoid import GRAVITY
+from simprep.humanoid_model import GRAVITY
 from simprep.motion.edit import move
 from simprep.report.duel.figures import plot_cuts
 

@@ -13,7 +13,7 @@ from simprep.duel.stream.positions import PositionSettings, position_clip, read_
 from simprep.duel.stream.store import read_stream, save_stream
 from simprep.duel.stream.stream import root_distance
 from simprep.errors import MotionFileError, SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.edit import resample
 from simprep.motion.kinematics import forward_kinematics
 

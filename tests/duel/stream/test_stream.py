@@ -12,7 +12,7 @@ from simprep.duel.stream.import_pair import import_pair
 from simprep.duel.stream.store import read_stream, save_stream
 from simprep.duel.stream.stream import DuelStream, check_stream, concatenate_streams, facing_error, root_distance
 from simprep.errors import MotionError, MotionFileError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.motion.edit import cut, move, resample, yaw
 from simprep.motion.load import read_source
 from simprep.motion.store import save_motion

@@ -26,7 +26,7 @@ from simprep.duel.synthetic.presets import PRESETS, SyntheticSettings, preset
 from simprep.duel.synthetic.summary import summarise_synthetic
 from simprep.duel.synthetic.truth import read_truth, save_truth, truth_path
 from simprep.errors import MotionFileError, SettingError, SimprepError
-from simprep.humanoid import GRAVITY, humanoid
+from simprep.humanoid_model import GRAVITY, humanoid
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import forward_kinematics
 

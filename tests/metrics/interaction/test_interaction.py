@@ -12,7 +12,7 @@ from simprep.duel.stream.stream import DuelStream
 from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import PRESETS
 from simprep.errors import SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.library.registry import library_motion
 from simprep.metrics.contact import floor_penetration
 from simprep.metrics.interaction.distributions import KINDS, distributions, js_distances, js_floor

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError, SettingError
-from simprep.humanoid import humanoid
+from simprep.humanoid_model import humanoid
 from simprep.metrics.contact import foot_slip, stance_drift
 from simprep.metrics.interaction.distributions import KINDS, Counts, distributions, js_distance, js_floor, pooled
 from simprep.metrics.interaction.overlap import Hits, Overlaps, count_hits, overlaps, recorded_contacts
