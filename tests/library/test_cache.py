@@ -95,7 +95,7 @@ def test_the_key_follows_code_and_model_and_newer_code_keeps_nothing(folder, mon
     real = code_key.__wrapped__()
     shutil.copytree(os.path.dirname(cache.__file__), package / "library")
     shutil.copytree(os.path.dirname(sys.modules["simprep.motion"].__file__), package / "motion")
-    for name in ("character", "humanoid"):
+    for name in ("character", "humanoid_model"):
         shutil.copy(sys.modules[f"simprep.{name}"].__file__, package / f"{name}.py")
     shutil.copytree(mjcf_folder(), package / "mjcf")
     monkeypatch.setattr(cache, "mjcf_folder", lambda: package / "mjcf")
