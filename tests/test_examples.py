@@ -67,9 +67,23 @@ def own_controller(text):
     assert re.match(r"ankle_strategy +done", ankles)
 
 
+def growing_reference(text):
+    walking, _, standing, end = text.splitlines()
+    assert numbers(r"^0\.80 s: .*, (0\.\d+) s of motion left$", walking) == [0.2]
+    assert 0.85 < numbers(r"pelvis at .*, ([\d.]+) m, standing$", standing)[0] < 1.0
+    assert numbers(r"^done, root-relative error (\d+) mm$", end)[0] < 60
+
+
 CHECKS = {
     check.__name__: check
-    for check in (prepare_and_track, import_a_file, compare_posture_optimisation, fight_without_physics, own_controller)
+    for check in (
+        prepare_and_track,
+        import_a_file,
+        compare_posture_optimisation,
+        fight_without_physics,
+        own_controller,
+        growing_reference,
+    )
 }
 
 

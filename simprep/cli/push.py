@@ -1,14 +1,18 @@
 """`simprep push`: the largest push that a tracked motion survives, by direction."""
 
 from dataclasses import asdict, dataclass
+from math import ceil
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
 from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet
+
+if TYPE_CHECKING:
+    from simprep.motion.motion import Motion
 
 
 @dataclass(frozen=True)
@@ -34,6 +38,9 @@ class PushCommand(BaseCommand):
 
     at: Annotated[float | None, tyro.conf.arg(metavar="SECONDS", help_behavior_hint="")] = None
     """Time in the motion at which the push begins [s]; default its middle (3 s of a loop)."""
+
+    phase: Annotated[float | None, tyro.conf.arg(metavar="SHARE", help_behavior_hint="")] = None
+    """Instead of --at: the share of the motion, 0 to 1, at which the push begins; of a loop, in its first cycle after 2 s."""
 
     seeds: int = 3
     """How many seeds: 0, 1, and so on."""
@@ -65,7 +72,7 @@ class PushCommand(BaseCommand):
         from simprep.study.push_limits import AFTER_S, PushSettings, push_limits
 
         motion = resolve_motion(self.motion, output.warn, self.library)
-        at = (DEFAULT_LOOP_S if motion.loop else motion.duration) / 2 if self.at is None else self.at
+        at = self._at(motion, DEFAULT_LOOP_S / 2 if motion.loop else motion.duration / 2)
         wishes = (self.duration, self.segment, self.largest, self.tolerance, tuple(range(self.seeds)))
         settings = PushSettings(at, tuple(360 * k / self.directions for k in range(self.directions)), *wishes)
         # a loop goes on as long as the push needs, within reason
@@ -111,3 +118,16 @@ class PushCommand(BaseCommand):
         output.say_metrics({f"{a:g} degrees [N]": f"{m:.0f} ({low:.0f} to {high:.0f})" for a, m, low, high, _ in rows})
         output.say(f"written: {', '.join(map(str, files))}")
         return content
+
+    def _at(self, motion: "Motion", middle: float) -> float:
+        """When the push begins [s]."""
+        from simprep.errors import SettingError
+
+        if self.phase is None:
+            return middle if self.at is None else self.at
+        if self.at is not None:
+            raise SettingError("--at and --phase both say when the push begins; valid: one of them")
+        if not 0 <= self.phase <= 1:
+            raise SettingError(f"--phase {self.phase}; valid: 0 to 1, a share of the motion")
+        begin = ceil(2.0 / motion.duration) * motion.duration if motion.loop else 0.0
+        return begin + self.phase * motion.duration

@@ -115,6 +115,20 @@ def test_track_prints_one_json_object_and_writes_its_files(arm_raise, tmp_path, 
     assert run.end_s == content["survived_s"]
 
 
+def test_track_in_a_world_that_the_controller_does_not_know(arm_raise, tmp_path, capsys):
+    arguments = ["track", str(arm_raise), "--controller", "pd", "-o", str(tmp_path / "out"), "--json", "--no-pictures"]
+    wrong = ["--mass-scale", "1.1", "--friction", "0.6", "--strength", "0.9", "--delay-ms", "10", "--noise", "0.5"]
+    assert main([*arguments, *wrong, "--kicks", "3"]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["settings"]["mismatch"] == {
+        "mass_scale": 1.1, "friction": 0.6, "strength": 0.9, "delay_s": 0.01, "noise": 0.5,
+    }  # fmt: skip
+    assert content["assist_kick_mps"] == 0.0  # the clip ends before the first kick
+    assert read_run(tmp_path / "out").settings["mismatch"]["strength"] == 0.9
+    assert main([*arguments, "--mass-scale", "9"]) == 2
+    assert "mismatch: mass_scale 9.0; valid: 0.2 to 5" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(("frames", "used"), [("0:600", 25), ("10:26", 15)])
 def test_frames_beyond_the_end_are_left_out_and_that_is_said(arm_raise, frames, used, tmp_path, capsys):
     arguments = ["track", str(arm_raise), "--controller", "pd", "-o", str(tmp_path / "out"), "--json", "--no-pictures"]

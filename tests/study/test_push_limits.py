@@ -10,6 +10,7 @@ import pytest
 from simprep.cli.main import main
 from simprep.errors import SettingError, UnknownNameError
 from simprep.humanoid_model import humanoid
+from simprep.library import library_motion
 from simprep.motion.edit import move
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
@@ -182,6 +183,21 @@ def test_push_writes_numbers_and_a_plot(fake, still_file, tmp_path, capsys):
     assert content["files"] == ["metrics.json", "push.png"]
     assert (tmp_path / "out" / "push.png").read_bytes().startswith(b"\x89PNG")
     assert str(tmp_path / "out" / "push.png") in printed.err
+
+
+def test_the_phase_is_a_share_of_the_motion_and_of_a_cycle(fake, still_file, tmp_path, capsys):
+    fake(lambda angle, seed: 100)
+    common = ["--directions", "1", "--seeds", "1", "-o", str(tmp_path), "--quiet"]
+    assert main(["push", still_file, "--phase", "0.25", *common]) == 0
+    assert json.loads((tmp_path / "metrics.json").read_text())["at_s"] == pytest.approx(1.0, abs=0.02)
+    assert main(["push", "walk", "--phase", "0.5", *common]) == 0
+    cycle = library_motion("walk").duration
+    content = json.loads((tmp_path / "metrics.json").read_text())
+    assert content["at_s"] == pytest.approx(np.ceil(2 / cycle) * cycle + cycle / 2)
+    assert main(["push", still_file, "--phase", "0.5", "--at", "1", *common]) == 2
+    assert "--at and --phase both say when" in capsys.readouterr().err
+    assert main(["push", still_file, "--phase", "1.5", *common]) == 2
+    assert "--phase 1.5; valid: 0 to 1" in capsys.readouterr().err
 
 
 def test_what_the_numbers_cannot_say_is_a_warning(fake, still_file, tmp_path, capsys):
