@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from simprep.arrays import FloatArray
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.errors import MotionError
 from simprep.motion.curves import minimum_jerk
@@ -84,7 +84,7 @@ class ReferenceLine:
         if begin > self._first:
             self._given, self._first = cut(whole, begin - self._first, after - self._first), begin
             whole = self._upto(max(last, self.last))
-        return process(cut(whole, first - self._first, len(whole)), self._settings)
+        return process(cut(whole, first - self._first, last - self._first + 1), self._settings)
 
     def _upto(self, last: int) -> Motion:
         """Poses from the first kept one to step `last`: what was given, then standing."""
@@ -98,6 +98,39 @@ class ReferenceLine:
             qpos=np.concatenate([self._given.qpos, tail]),
             contacts=np.concatenate([self._given.contacts, np.ones((missing, 2), dtype=bool)]),
         )
+
+
+class PastReference:
+    """One body's references of the steps that are over, which a growing reference forgets."""
+
+    def __init__(self) -> None:
+        self._qpos: list[FloatArray] = []
+        self._qvel: list[FloatArray] = []
+        self._contacts: list[BoolArray] = []
+        self._events: dict[str, int] = {}
+        self._until = 0
+
+    def keep(self, reference: Reference, first: int, step: int) -> None:
+        """Keep what is new up to `step`, not included, of a reference that begins at step `first`."""
+        rows = slice(self._until - first, step - first)
+        self._qpos.append(reference.qpos[rows])
+        self._qvel.append(reference.qvel[rows])
+        self._contacts.append(reference.motion.contacts[rows])
+        self._events |= {key: frame + first for key, frame in reference.motion.events.items() if frame + first < step}
+        self._until = step
+
+    def joined(self, reference: Reference, first: int) -> tuple[Motion, FloatArray]:
+        """The whole reference from step 0, and its velocities, with the one in force, which begins at step `first`."""
+        if not self._until:
+            return reference.motion, reference.qvel
+        rows, motion = slice(self._until - first, None), reference.motion
+        whole = replace(
+            motion,
+            qpos=np.concatenate([*self._qpos, reference.qpos[rows]]),
+            contacts=np.concatenate([*self._contacts, motion.contacts[rows]]),
+            events={**self._events, **{key: frame + first for key, frame in motion.events.items()}},
+        )
+        return whole, np.concatenate([*self._qvel, reference.qvel[rows]])
 
 
 def _eased(pose: FloatArray, poses: FloatArray, frames: float) -> FloatArray:

@@ -20,7 +20,7 @@ from time import perf_counter
 import mujoco
 import numpy as np
 
-from simprep.arrays import BoolArray, FloatArray
+from simprep.arrays import FloatArray
 from simprep.character import Character
 from simprep.errors import SettingError, UnknownNameError
 from simprep.humanoid_model import humanoid
@@ -35,15 +35,19 @@ from simprep.physics.overlap import overlap_of_poses
 from simprep.physics.pushes import PushApplier
 from simprep.physics.recorder import BodyRecorder
 from simprep.physics.reference import Reference
-from simprep.physics.reference_line import ReferenceLine
+from simprep.physics.reference_line import PastReference, ReferenceLine
 from simprep.physics.run import DIVERGED, DONE, FELL, Assist, BodyRun, Run
 from simprep.physics.settings import SimulationSettings
 from simprep.scene import build_scene
 
 CONTROLLERS = ("pd", "mpc")
 """Controllers known by name."""
-AHEAD_S, BEHIND_S = 1.0, 1.0
-"""Least time that a growing reference is worked out ahead of the present step, and how much of the past it keeps [s]."""
+ASK_S = 1.0
+"""A function that gives motions is asked when less than this is left [s]."""
+AHEAD_S, LEAST_AHEAD_S, BEHIND_S = 5.0, 0.75, 1.0
+"""How far ahead a growing reference is worked out, when again, and how much of the past it keeps [s]."""
+STANDING_AHEAD_S = 2.0
+"""How far ahead standing is worked out where nothing else is known [s]."""
 _ALIGNED = 48  # windows begin at multiples of so many steps, on which all slower rates fall
 
 Source = Callable[["TrackerState | None"], Motion | Sequence[Motion | None] | None]
@@ -95,6 +99,7 @@ class Tracker:
         settings: scene, reference processing, disturbances.
         stands: where a motion ends, its body brakes and stands, and falls end nothing; otherwise the first end of a
             motion and the first fall end the simulation.
+        records: keep what happens, for `run`; without it, memory does not grow.
 
     Attributes:
         model: the simulated world; it may be changed before the first step.
@@ -112,6 +117,7 @@ class Tracker:
         controller: str | ControllerFactory = "mpc",
         settings: SimulationSettings | None = None,
         stands: bool = True,
+        records: bool = True,
     ) -> None:
         settings = settings or SimulationSettings()
         if preset is not None:
@@ -120,7 +126,7 @@ class Tracker:
             settings = replace(settings, mpc=MPC_PRESETS[preset])
         self._factory = _factory(controller, settings.mpc)
         bodies = (characters,) if isinstance(characters, Character) else tuple(characters)
-        self._settings, self._seed, self._stands = settings, seed, stands
+        self._settings, self._seed, self._stands, self._records = settings, seed, stands, records
         self._scene = replace(settings.scene, bodies=bodies)
         self.model = settings.mismatch.world(self._scene)
         self._known = self.model if settings.mismatch == Mismatch() else build_scene(self._scene)
@@ -134,7 +140,7 @@ class Tracker:
         self._brain: Controller | None = None
         self._recorders: tuple[BodyRecorder, ...] = ()
         self._references: tuple[Reference, ...] = ()
-        self._past = [_Past() for _ in bodies]
+        self._past = [PastReference() for _ in bodies]
         self._source: Source | None = None
         self._stale = False
         self._step = self._first = 0  # the present step, and that of the references' first pose
@@ -200,12 +206,13 @@ class Tracker:
             return
         if len(motions) != len(self._lines):
             raise SettingError(f"{len(motions)} motions; valid: {len(self._lines)}, one for each body or None")
+        for motion in motions:
+            if not (motion is None or isinstance(motion, Motion)):
+                raise SettingError(f"{motion!r} is no motion")
         for line, motion in zip(self._lines, motions):
             if isinstance(motion, Motion):
                 line.extend(motion, self._step)
                 self._stale = True
-            elif motion is not None:
-                raise SettingError(f"{motion!r} is no motion")
 
     def step(self) -> None:
         """Simulate one step.
@@ -225,8 +232,10 @@ class Tracker:
         """What has been simulated, up to the first fall.
 
         Raises:
-            SettingError: nothing yet.
+            SettingError: nothing yet, or a tracker that does not record.
         """
+        if not self._records:
+            raise SettingError("this tracker keeps no record; valid: Tracker(records=True)")
         if self._brain is None or not (self._step or self._ending):
             raise SettingError("nothing was simulated yet; give a motion and step")
         end, reason, taken, fallen = self._ending or (DONE, "as far as it was simulated", self._step, None)
@@ -267,7 +276,7 @@ class Tracker:
 
     def _prepare(self) -> None:
         """Bring the references up to date."""
-        if self._source is not None and self.ahead_s < AHEAD_S:
+        if self._source is not None and self.ahead_s < ASK_S:
             more = self._source(None if self._brain is None else self._state())
             if more is not None:
                 self.extend(*((more,) if isinstance(more, Motion) else more))
@@ -276,10 +285,11 @@ class Tracker:
         given = [line.last for line in self._lines]
         last = min(given)
         if self._stands:
-            ahead = round(AHEAD_S / self._timestep)
+            seconds = 1 / self._timestep
             worked_out = self._first + len(self._references[0].qpos) - 1 if self._references else -1
-            self._stale |= self._step + ahead // 2 >= worked_out
-            last = max(*given, self._step + ahead)
+            self._stale |= worked_out - self._step < LEAST_AHEAD_S * seconds
+            last = min(max(given), self._step + round(AHEAD_S * seconds))
+            last = max(last, self._step + round(STANDING_AHEAD_S * seconds))
         if self._stale:
             self._follow(last)
 
@@ -295,7 +305,7 @@ class Tracker:
         elif not hasattr(self._brain, "follow"):
             raise SettingError(f"controller {self._brain.name!r} cannot track a growing reference: it has no `follow`")
         else:
-            for past, reference in zip(self._past, self._references):
+            for past, reference in zip(self._past, self._references) if self._records else ():
                 past.keep(reference, self._first, self._step)
             self._brain.follow(references, self._first - first)
         self._first, self._references = first, references
@@ -324,10 +334,11 @@ class Tracker:
         if diverged:
             self._ending, self._stopped = (DIVERGED, diverged, step, None), True
             return
-        for recorder in self._recorders:
-            recorder.step(step, data)
-            recorder.state(step + 1, data)
-        self._between.step(step, data)
+        if self._records:
+            for recorder in self._recorders:
+                recorder.step(step, data)
+                recorder.state(step + 1, data)
+            self._between.step(step, data)
         rule = self._settings.fall
         falls = [
             fall(data, recorder.body, reference, now + 1, recorder.ground, rule)
@@ -340,39 +351,6 @@ class Tracker:
             self._stopped = not self._stands
         if not self._stands and not self._stopped and now + 1 == len(self._references[0].qpos) - 1:
             self._ending, self._stopped = (DONE, "the motion ended", self._step, None), True
-
-
-class _Past:
-    """One body's references of the steps that are over, which a growing reference forgets."""
-
-    def __init__(self) -> None:
-        self._qpos: list[FloatArray] = []
-        self._qvel: list[FloatArray] = []
-        self._contacts: list[BoolArray] = []
-        self._events: dict[str, int] = {}
-        self._until = 0
-
-    def keep(self, reference: Reference, first: int, step: int) -> None:
-        """Keep what is new up to `step`, not included, of a reference that begins at step `first`."""
-        rows = slice(self._until - first, step - first)
-        self._qpos.append(reference.qpos[rows])
-        self._qvel.append(reference.qvel[rows])
-        self._contacts.append(reference.motion.contacts[rows])
-        self._events |= {key: frame + first for key, frame in reference.motion.events.items() if frame + first < step}
-        self._until = step
-
-    def joined(self, reference: Reference, first: int) -> tuple[Motion, FloatArray]:
-        """The whole reference from step 0, and its velocities, with the one in force, which begins at step `first`."""
-        if not self._until:
-            return reference.motion, reference.qvel
-        rows, motion = slice(self._until - first, None), reference.motion
-        whole = replace(
-            motion,
-            qpos=np.concatenate([*self._qpos, reference.qpos[rows]]),
-            contacts=np.concatenate([*self._contacts, motion.contacts[rows]]),
-            events={**self._events, **{key: frame + first for key, frame in motion.events.items()}},
-        )
-        return whole, np.concatenate([*self._qvel, reference.qvel[rows]])
 
 
 @contextmanager

@@ -228,3 +228,36 @@ def test_random_kicks_are_within_their_bounds_and_repeatable() -> None:
     assert (velocity <= KICK_MPS).all()
     assert (spin <= KICK_RADPS).all()
     assert (velocity > 0.9 * np.array(KICK_MPS)).all()
+
+
+def test_two_bodies_get_motions_each_in_its_own_time_and_keep_standing(walk: simprep.Motion) -> None:
+    tracker = Tracker([walk.character, walk.character], "live", seed=2)
+    near, far = cut(walk, 0, 31), move(cut(walk, 0, 61), (0.0, 3.0))
+    tracker.extend(near, far)
+    steps(tracker, 0.5)
+    assert tracker.state.ahead_s == pytest.approx((0.0, 0.5), abs=2 * tracker.timestep)
+    place = tracker.state.reference_qpos[0]
+    tracker.extend(move(library_motion("stand"), (float(place[0]), float(place[1]))), None)
+    steps(tracker, 1.5)
+    state = tracker.state
+    assert state.fallen == ()
+    assert state.ahead_s[0] > 0
+    assert state.ahead_s[1] == 0
+    run = tracker.run()
+    assert [len(body.qpos) for body in run.bodies] == [run.steps + 1] * 2
+    assert run.bodies[1].qpos[-1, 1] == pytest.approx(3.0, abs=0.2)
+
+
+def test_a_long_motion_is_worked_out_piece_by_piece_and_nothing_is_kept_unless_asked(walk: simprep.Motion) -> None:
+    stand = library_motion("stand")
+    long = repeat(stand, int(np.ceil(8 / stand.duration)))
+    tracker = Tracker(controller="pd", records=False)
+    tracker.extend(long)
+    steps(tracker, 0.1)
+    assert len(tracker._references[0].qpos) == pytest.approx(5 / tracker.timestep, abs=2)
+    with pytest.raises(SettingError, match="keeps no record"):
+        tracker.run()
+    recorded = Tracker(controller="pd")
+    recorded.extend(long)
+    steps(recorded, 0.1)
+    np.testing.assert_array_equal(recorded.state.qpos, tracker.state.qpos)
