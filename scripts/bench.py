@@ -7,12 +7,13 @@ inverse kinematics and posture optimisation, one core), `runtime_fps` and `runti
 included, with and without posture optimisation, one core; 60 per character), `sim_steps_per_s_1` and `_2` (simulation steps of the standing
 humanoid on one and two threads), `fight_fps` (two fighters' kinematic synthesis: choice, placement, stitching, inverse
 kinematics; frames of the fight per second of processor time of one core), `analysis_s` (processor time to analyse the built-in
-kickboxing stream, 16 minutes, as `simprep duel analyse` does by default, without its figures), `mpc_s_per_s` and
-`live_s_per_s` (computing time per second of motion, presets `default` and `live`), `mpc_overhead_share` (share of it spent outside MuJoCo) and `peak_rss_mb`.
+kickboxing stream, 16 minutes, as `simprep duel analyse` does by default, without its figures), `mpc_s_per_s`,
+`live_s_per_s` and `pair_s_per_s` (computing time per second of motion: presets `default` and `live`, and two bodies planned jointly),
+`mpc_overhead_share` and `planner_overhead_share` (share of it spent outside MuJoCo, of all and of the planner) and `peak_rss_mb`.
 
 Seconds say little of another machine. So all of it is also stated in yardsticks: the time that 100 000 steps of
 `scripts/yardstick.xml` take here and now, in a batch of 28 on 2 threads (`yardstick_s`). Costs are multiples of it,
-`analysis_yardsticks`, `mpc_yardsticks` and `live_yardsticks` (per second of motion). Rates are amounts in that time: `fight_fps` becomes
+`analysis_yardsticks`, `mpc_yardsticks`, `live_yardsticks` and `pair_yardsticks` (per second of motion). Rates are amounts in that time: `fight_fps` becomes
 `fight_frames_per_yardstick`, `sim_steps_per_s_1` becomes `sim_steps_per_yardstick_1`, and so on.
 """
 
@@ -47,11 +48,13 @@ from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import preset
 from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
+from simprep.motion.edit import move
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.controller import ControlTask
+from simprep.physics.mpc import MPC_PRESETS, MpcController
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.simulate import track
+from simprep.physics.simulate import simulate, track
 from simprep.preparation import prepare
 from simprep.scene import build_scene
 
@@ -200,12 +203,22 @@ def measure(file: Path | None) -> dict[str, float]:
         "analysis_s": analysis_time(),
     }
     prepared = prepare(walk, punch, 0.0, duration=MPC_SECONDS).motion
-    run = track(prepared, "mpc", seed=0)
+    planners: list[MpcController] = []
+
+    def mpc(task: ControlTask) -> MpcController:
+        planners.append(MpcController(task))
+        return planners[-1]
+
+    run = track(prepared, mpc, seed=0)
+    jab = library_motion("jab_left_head")
+    pair = simulate([jab, move(jab, (0.9, 0.0), np.pi)], "mpc", seed=0)
     live = track(prepared, "mpc", 0, SimulationSettings(mpc=MPC_PRESETS["live"]))
-    numbers |= {"mpc_s_per_s": run.wall_s / run.end_s, "live_s_per_s": live.wall_s / live.end_s}
+    timed = {"mpc": run, "live": live, "pair": pair}
+    numbers |= {f"{name}_s_per_s": one.wall_s / one.end_s for name, one in timed.items()}
     yardstick_s = Yardstick().seconds()  # beside mpc, which it is compared with most
     numbers |= {"yardstick_s": yardstick_s, **in_yardsticks(numbers, yardstick_s)}
     numbers["mpc_overhead_share"] = run.overhead_share
+    numbers["planner_overhead_share"] = 1 - planners[0].simulation_s / planners[0].total_s
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     numbers["peak_rss_mb"] = peak / (1024**2 if sys.platform == "darwin" else 1024)
     return numbers
