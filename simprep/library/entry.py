@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from simprep.motion.edit import mirror
 from simprep.motion.motion import Motion
 
-FAMILIES = ("locomotion", "guard", "punch", "kick", "block", "dodge", "crawl", "duck", "jump")
+FAMILIES = ("locomotion", "guard", "punch", "kick", "block", "dodge", "crawl", "duck", "jump", "get_up")
 FPS = 60.0
 """Frame rate of every built-in motion [1/s]."""
 

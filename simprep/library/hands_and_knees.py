@@ -41,6 +41,12 @@ HAND_BESIDE_M = 0.19
 """Knees and hands beside the middle."""
 HAND_SWING_S = 0.42
 """A hand in the air on the way out."""
+UNDER_M = 1.20
+"""Where both hands are before the first crawl step, under the shoulders [m]."""
+LEVEL: Pose = {"lumbar_flexion": 2, "thorax_flexion": 4, "neck_flexion": -40, "head_flexion": -12}
+"""Trunk and head on hands and knees [deg]."""
+KNEELING_PITCH_DEG = 70.0
+"""Pitch of the pelvis on hands and knees."""
 
 
 @dataclass(frozen=True)
@@ -85,7 +91,9 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     character = humanoid()
     qpos = np.zeros((len(times), character.nq))
     qpos[:, 7:] = key_poses(_trunk(), own)
-    pitch = degrees_curve((0.1, 0), (READY_S, 14), (TARGET_S, 14), (HANDS_S, 54), (2.45, 58), (KNEES_S, 70))(own)
+    pitch = degrees_curve(
+        (0.1, 0), (READY_S, 14), (TARGET_S, 14), (HANDS_S, 54), (2.45, 58), (KNEES_S, KNEELING_PITCH_DEG)
+    )(own)
     kneeling = minimum_jerk((own - KNEES_S + 0.35) / 0.35)
     hips, roll = _on_knees(ankle, style, times)
     root = axis_rotation("x", kneeling * roll) @ axis_rotation("y", pitch)
@@ -101,8 +109,8 @@ def crawl_hands_knees(style: HandsAndKneesStyle | None = None) -> Motion:
     qpos[:, :3] = path - np.einsum("tij,j->ti", root, middle)
     fists = np.stack([_hands(side, style, own, times) for side in SIDES], axis=1)
     on_floor = minimum_jerk((own - TARGET_S - 0.1) / (HANDS_S - TARGET_S - 0.1))[:, None]
-    ends = _Ends(root, ankle, rotation, fists, on_floor)
-    _place_limbs(qpos, ends)
+    ends = LimbEnds(root, ankle, rotation, fists, on_floor)
+    place_limbs(qpos, ends)
     over = key_curve([0.1, TARGET_S, HANDS_S], [CENTRE_M, CENTRE_M + 0.02, 0.16])(own)
     over += np.where(later, style.distance, 0.0)
     _keep_over_feet(qpos, ends, over, 1 - minimum_jerk((own - HANDS_S + 0.2) / 0.8))
@@ -130,7 +138,7 @@ def _trunk() -> list[tuple[float, Pose]]:
     arms = {name: float(value) for name, value in RELAXED.items()}
     ready = arms | {"lumbar_flexion": 12, "thorax_flexion": 10, "neck_flexion": -20}
     down = arms | {"lumbar_flexion": 48, "thorax_flexion": 35, "neck_flexion": -42, "head_flexion": -14}
-    level = arms | {"lumbar_flexion": 2, "thorax_flexion": 4, "neck_flexion": -40, "head_flexion": -12}
+    level = {**arms, **LEVEL}
     return [(0.1, arms), (READY_S, ready), (TARGET_S, ready), (HANDS_S, down), (2.5, down), (KNEES_S, level)]
 
 
@@ -183,7 +191,7 @@ def _on_knees(ankle: FloatArray, style: HandsAndKneesStyle, times: FloatArray) -
 
 def _hands(side: str, style: HandsAndKneesStyle, own: FloatArray, times: FloatArray) -> FloatArray:
     """Middle of a fist on or over the floor (T, 3), world [m]."""
-    first, under = 0.48, 1.20
+    first, under = 0.48, UNDER_M
     walk = {"right": ((OUT_S, 0.72), (2.85, under)), "left": ((2.45, 0.96), (3.27, under))}[side]
     x, z, place = np.full(len(times), first), np.full(len(times), FIST_M), first
 
@@ -204,8 +212,8 @@ def _hands(side: str, style: HandsAndKneesStyle, own: FloatArray, times: FloatAr
 
 
 @dataclass(frozen=True)
-class _Ends:
-    """Ends of the limbs: pelvis (T, 3, 3), ankles, fists (T, 2, 3), feet (T, 2, 3, 3), arms on the floor (T, 1)."""
+class LimbEnds:
+    """Where the limbs of a body near the floor end: pelvis (T, 3, 3), ankles, fists (T, 2, 3), feet (T, 2, 3, 3), arms on the floor (T, 1)."""
 
     root: FloatArray
     ankle: FloatArray
@@ -214,7 +222,7 @@ class _Ends:
     on_floor: FloatArray
 
 
-def _place_limbs(qpos: FloatArray, ends: _Ends) -> None:
+def place_limbs(qpos: FloatArray, ends: LimbEnds) -> None:
     """Legs to the feet, arms from hanging to the floor, in place."""
     character = humanoid()
     kinematics, chest = forward_kinematics(qpos, character), character.segment("thorax")
@@ -231,24 +239,24 @@ def _place_limbs(qpos: FloatArray, ends: _Ends) -> None:
         qpos[:, arm] = (1 - ends.on_floor) * hanging + ends.on_floor * reach
 
 
-def _keep_over_feet(qpos: FloatArray, ends: _Ends, over: FloatArray, weight: FloatArray) -> None:
+def _keep_over_feet(qpos: FloatArray, ends: LimbEnds, over: FloatArray, weight: FloatArray) -> None:
     """Move the pelvis, in place, until the COM is over a point (x, share) while only the feet bear load."""
     planned = qpos[:, 0].copy()
     for _ in range(12):
         error = over - forward_kinematics(qpos, humanoid()).com[:, 0]
         qpos[:, 0] += np.where(weight > 0, error, 0.0)
-        _place_limbs(qpos, ends)
+        place_limbs(qpos, ends)
     qpos[:, 0] = planned + weight * (qpos[:, 0] - planned)
-    _place_limbs(qpos, ends)
+    place_limbs(qpos, ends)
 
 
-_STYLE = HandsAndKneesStyle()
+STYLE = HandsAndKneesStyle()
 ENTRIES = (
     Entry(
         "crawl_hands_knees",
         "crawl",
         "gets down, crawls on hands and knees, gets up",
         crawl_hands_knees,
-        {"distance_m": _STYLE.distance, "cycle_s": 2 * _STYLE.half_step_s, "stride_m": _STYLE.stride},
+        {"distance_m": STYLE.distance, "cycle_s": 2 * STYLE.half_step_s, "stride_m": STYLE.stride},
     ),
 )

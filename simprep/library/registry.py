@@ -4,7 +4,7 @@ from functools import cache
 from itertools import chain
 
 from simprep.errors import UnknownNameError
-from simprep.library import crawl, duck, hands_and_knees, jump, stand
+from simprep.library import crawl, duck, get_up, hands_and_knees, jump, stand
 from simprep.library.boxing import block, dodge, guard, hook, jab_and_cross, punch, uppercut
 from simprep.library.cache import cached_motion
 from simprep.library.entry import Entry
@@ -33,6 +33,7 @@ _MODULES = (
     hands_and_knees,
     duck,
     jump,
+    get_up,
 )
 _ENTRIES: dict[str, Entry] = {entry.name: entry for entry in chain.from_iterable(m.ENTRIES for m in _MODULES)}
 
@@ -51,7 +52,7 @@ def library_names() -> tuple[str, ...]:
 def library_motion(name: str) -> Motion:
     """A built-in motion, bit-identical at every call.
 
-    Locomotion is cyclic (`loop`). A target begins and ends in a standing posture; event `target` marks the first frame
+    Locomotion is cyclic (`loop`). A target begins and ends in a standing posture, but getting up begins lying; event `target` marks the first frame
     of its movement, event `impact` the contact of a strike.
 
     Args:

@@ -261,3 +261,17 @@ def test_a_long_motion_is_worked_out_piece_by_piece_and_nothing_is_kept_unless_a
     recorded.extend(long)
     steps(recorded, 0.1)
     np.testing.assert_array_equal(recorded.state.qpos, tracker.state.qpos)
+
+
+def test_a_lying_body_gets_up_and_stands() -> None:
+    get_up = library_motion("get_up_prone")
+    tracker = Tracker(seed=0)
+    tracker.extend(get_up)
+    assert tracker.state.qpos[2] < 0.2
+    steps(tracker, get_up.duration + 0.5)
+    state = tracker.state
+    assert state.fallen == ()
+    assert state.qpos[2] > 0.85
+    run = tracker.run()
+    assert run.end == "done"
+    assert run.assist == simprep.physics.run.Assist()
