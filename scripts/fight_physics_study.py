@@ -231,7 +231,12 @@ def main() -> int:
     summaries = {arm: summarise(cases) for arm, cases in done.items()}
     content = {
         "schema": SCHEMA, **provenance(sys.argv), "bouts": options.bouts, "seconds": options.seconds,
-        "settings": asdict(settings), "summary": summaries, "cases": [one for cases in done.values() for one in cases],
+        "settings": {
+            "timestep_s": settings.scene.timestep,
+            "friction": settings.scene.friction,
+            **{name: asdict(getattr(settings, name)) for name in ("reference", "mpc", "fall")},
+        },
+        "summary": summaries, "cases": [one for cases in done.values() for one in cases],
     }  # fmt: skip
     path = save_json(options.out / "fight_physics.json", content)
     text = markdown(summaries, options.seconds)
