@@ -19,8 +19,8 @@ def simulate(
 ) -> Run:
     """Simulate bodies in one world, each tracking its motion, until the motions' end, the first fall or divergence.
 
-    They collide with each other, the floor and the obstacles. Only joint motors, gravity, contact and `settings.pushes`
-    act on them.
+    They collide with each other, the floor and the obstacles. Only joint motors, gravity, contact and the
+    pushes and kicks of `settings` act on them.
 
     Args:
         motions: what each body tracks, up to `simprep.scene.BODY_LIMIT`, of equal length and rate, in one frame. Loops
