@@ -103,7 +103,7 @@ class MpcSettings:
 
 
 MPC_PRESETS = {
-    "live": MpcSettings(replan=1 / 20, samples=22, refined=8),
+    "live": MpcSettings(replan=1 / 20, samples=25, refined=9),
     "default": MpcSettings(),
     "bake": MpcSettings(horizon=0.5, samples=150, refined=30, iterations=3),
 }
