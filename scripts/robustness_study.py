@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from measuring.clips import FARTHEST_M, motions
 from measuring.yardstick import Yardstick
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
@@ -30,7 +31,6 @@ from simprep.physics.pushes import random_kicks
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 from simprep.report.results import provenance, save_json
-from tracking_study import FARTHEST_M, motions
 
 CONDITIONS = {
     "nominal": Mismatch(),

@@ -17,41 +17,20 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from measuring.clips import FARTHEST_M, motions
 from measuring.yardstick import Yardstick
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
-from simprep.library import library_motion, library_names
+from simprep.library import library_names
 from simprep.metrics.evaluate import evaluate_run
-from simprep.motion.edit import cut, repeat
-from simprep.motion.load import load_motion
 from simprep.motion.motion import Motion
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 from simprep.report.results import provenance, save_json
 
-LOOPED_S = 6.0
-WALK_S = LONGEST_S = 20.0
-FARTHEST_M = 0.5
 KEYS = ("mpjpe_mm", "g_mpjpe_mm", "farthest_m", "foot_slip_ratio", "penetration_mm", "yardsticks")
 DIGITS = (1, 0, 2, 1, 1, 2)
-
-
-def looped(motion: Motion, seconds: float) -> Motion:
-    return repeat(motion, int(np.ceil(seconds / motion.duration - 1e-9))) if motion.loop else motion
-
-
-def motions(names: list[str], clips: Path | None) -> dict[str, Motion]:
-    chosen = {f"built-in {name}": looped(library_motion(name), WALK_S if name == "walk" else 3.0) for name in names}
-    if clips is not None:
-        for file in sorted(path for path in clips.rglob("*") if path.suffix in (".bvh", ".amc", ".txt")):
-            try:
-                clip = looped(load_motion(file), LOOPED_S)
-            except SimprepError as error:  # a text that is no motion
-                print(f"left out: {error}", file=sys.stderr)
-                continue
-            chosen[f"captured {file.stem}"] = cut(clip, 0, min(len(clip), round(LONGEST_S * clip.fps)))
-    return chosen
 
 
 def measured(motion: Motion, preset: str, seed: int, yardstick_s: float) -> dict[str, Any]:
