@@ -61,7 +61,7 @@ class Track(BaseCommand):
     """Noise of the states that the controller is told; 1: 1 cm, 0.02 rad, 0.1 m/s of the root, 0.01 rad of each joint."""
 
     kicks: Annotated[int | None, tyro.conf.arg(metavar="SEED", help_behavior_hint="")] = None
-    """Kick the root every 1 to 3 s at random, by up to 0.5 m/s and 0.78 rad/s; reported as assist_kick_mps."""
+    """Kick the root every 1 to 3 s at random, by up to 0.5 m/s and 0.78 rad/s; reported as assist_kick_mps and assist_kick_radps."""
 
     frames: Annotated[str | None, tyro.conf.arg(metavar="A:B", help_behavior_hint="")] = None
     """Frames a:b of the motion: from a up to but not including b; either may be left out. What is
@@ -122,6 +122,7 @@ class Track(BaseCommand):
             "s_per_s": run.wall_s / run.end_s if run.end_s > 0 else None,
             "assist_n": run.assist.force_n,
             "assist_kick_mps": run.assist.kick_mps,
+            "assist_kick_radps": run.assist.kick_radps,
             **metrics,
         }
         files = [save_run(run, folder / RUN_FILE)]

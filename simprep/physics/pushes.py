@@ -72,7 +72,8 @@ class PushApplier:
 
     Attributes:
         largest: force so far [N].
-        fastest: change of a root's velocity so far [m/s].
+        kick_mps: largest change of a root's velocity so far [m/s].
+        kick_radps: largest change of its spin so far [rad/s].
 
     Raises:
         SettingError: a push on an unknown segment, or a kick of an unknown body.
@@ -87,7 +88,7 @@ class PushApplier:
                 raise SettingError(f"kick of body {kick.body}; valid: 0 to {len(bodies) - 1}")
         self._kicks = sorted(kicks, key=lambda kick: kick.time, reverse=True)
         self._bodies = bodies
-        self.largest = self.fastest = 0.0
+        self.largest = self.kick_mps = self.kick_radps = 0.0
 
     def apply(self, data: mujoco.MjData) -> None:
         """Set the external forces of the coming step, and change velocities."""
@@ -102,7 +103,8 @@ class PushApplier:
             root = data.qvel[self._bodies[kick.body].qvel][:6]
             root[:3] += kick.velocity
             root[3:] += kick.spin
-            self.fastest = max(self.fastest, float(np.linalg.norm(kick.velocity)))
+            self.kick_mps = max(self.kick_mps, float(np.linalg.norm(kick.velocity)))
+            self.kick_radps = max(self.kick_radps, float(np.linalg.norm(kick.spin)))
 
 
 def _body_id(model: mujoco.MjModel, name: str) -> int:

@@ -25,11 +25,12 @@ T = TypeVar("T")
 
 @dataclass(frozen=True)
 class Assist:
-    """Largest external force [N], torque [N m] and kick [m/s] anywhere in a run (never the controllers')."""
+    """Largest external force [N], torque [N m] and kick [m/s, rad/s] anywhere in a run (never the controllers')."""
 
     force_n: float = 0.0
     torque_nm: float = 0.0
     kick_mps: float = 0.0
+    kick_radps: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, repr=False)

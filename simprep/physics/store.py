@@ -71,6 +71,7 @@ def run_parts(run: Run) -> tuple[dict[str, Any], dict[str, NDArray[Any]]]:
         "assist_force_n": run.assist.force_n,
         "assist_torque_nm": run.assist.torque_nm,
         "assist_kick_mps": run.assist.kick_mps,
+        "assist_kick_radps": run.assist.kick_radps,
         "contacts": [asdict(contact) for contact in run.contacts],
         "bodies": [{"processing": one.processing, "reference": _motion_header(one.reference)} for one in run.bodies],
     }
@@ -110,7 +111,12 @@ def run_of_parts(header: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]]) 
     own: dict[str, Any] = {**{name: header[name] for name in _PLAIN}, **{name: arrays[name] for name in _OF_THE_RUN}}
     return Run(
         bodies=tuple(bodies),
-        assist=Assist(header["assist_force_n"], header["assist_torque_nm"], header.get("assist_kick_mps", 0.0)),
+        assist=Assist(
+            header["assist_force_n"],
+            header["assist_torque_nm"],
+            header.get("assist_kick_mps", 0.0),
+            header.get("assist_kick_radps", 0.0),
+        ),
         contacts=tuple(BodyContact(**one) for one in contacts),
         **own,
     )

@@ -269,7 +269,7 @@ class Tracker:
             reference_overlap=overlap_of_poses(poses, self._scene.bodies),
             unconverged=np.array(self._between.unconverged[:taken], dtype=bool),
             settings=settings,
-            assist=Assist(force_n=self._push.largest, kick_mps=self._push.fastest),
+            assist=Assist(self._push.largest, 0.0, self._push.kick_mps, self._push.kick_radps),
             wall_s=self._wall_s,
             overhead_share=max(0.0, 1 - simulation_s / self._wall_s),
         )

@@ -205,13 +205,14 @@ def test_observer_is_late_and_noisy_as_told() -> None:
 
 
 def test_a_kick_changes_the_momentum_of_the_whole_body_by_what_it_says() -> None:
-    settings = SimulationSettings(kicks=(Kick(0.1, (0.4, -0.2, 0.1)),))
+    settings = SimulationSettings(kicks=(Kick(0.1, (0.4, -0.2, 0.1)), Kick(0.3, (0, 0, 0), (0, 0, 0.5))))
     still = repeat(library_motion("stand"), 1)
     run = simprep.track(cut(still, 0, 30), "pd", settings=settings)
     com = np.array([np.gradient(axis, run.timestep) for axis in forward_kinematics(run.qpos).com.T]).T
     at = round(0.1 / run.timestep)
     np.testing.assert_allclose(com[at + 2] - com[at - 2], [0.4, -0.2, 0.1], atol=0.06)
     assert run.assist.kick_mps == pytest.approx(np.linalg.norm([0.4, -0.2, 0.1]))
+    assert run.assist.kick_radps == 0.5  # a kick that only turns is not hidden either
     assert run.assist.force_n == 0
     with pytest.raises(SettingError, match="kick of body 1; valid: 0 to 0"):
         simprep.track(still, "pd", settings=SimulationSettings(kicks=(Kick(0.1, (1, 0, 0), body=1),)))
