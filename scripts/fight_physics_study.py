@@ -18,6 +18,7 @@ import numpy as np
 from rich.console import Console
 from rich.progress import Progress
 
+from measuring.save import save_study
 from simprep.duel.fight.default_model import fight_model
 from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.fight import Fight
@@ -25,7 +26,6 @@ from simprep.duel.fight.hits import judge
 from simprep.duel.fight.modes import begin_fight
 from simprep.duel.fight.posture import optimise_fight_posture
 from simprep.errors import SimprepError
-from simprep.files import atomic_path
 from simprep.metrics.evaluate import evaluate_run
 from simprep.metrics.interaction.run import run_metrics
 from simprep.metrics.interaction.stream import falls_per_minute
@@ -238,12 +238,9 @@ def main() -> int:
         },
         "summary": summaries, "cases": [one for cases in done.values() for one in cases],
     }  # fmt: skip
-    path = save_json(options.out / "fight_physics.json", content)
     text = markdown(summaries, options.seconds)
-    with atomic_path(options.out / "fight_physics.md") as temporary:
-        temporary.write_text(text, encoding="utf-8")
     print(text)
-    print(f"written: {path}, {options.out / 'fight_physics.md'}")
+    save_study(options.out, "fight_physics", content, text)
     return 0
 
 

@@ -20,9 +20,9 @@ from typing import Any
 import numpy as np
 
 from measuring.clips import FARTHEST_M, motions
+from measuring.save import save_study
 from measuring.yardstick import Yardstick
 from simprep.errors import SimprepError
-from simprep.files import atomic_path
 from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.motion import Motion
 from simprep.physics.mismatch import Mismatch
@@ -30,7 +30,7 @@ from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.pushes import random_kicks
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
-from simprep.report.results import provenance, save_json
+from simprep.report.results import provenance
 
 CONDITIONS = {
     "nominal": Mismatch(),
@@ -155,12 +155,9 @@ def main() -> int:
         "summary": table,
         "runs": rows,
     }
-    path = save_json(options.out / "robustness.json", content)
     text = markdown(table, rows)
-    with atomic_path(options.out / "robustness.md") as temporary:
-        temporary.write_text(text, encoding="utf-8")
     print(text)
-    print(f"written: {path}, {options.out / 'robustness.md'}")
+    save_study(options.out, "robustness", content, text)
     return 0
 
 

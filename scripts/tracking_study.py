@@ -18,16 +18,16 @@ from rich.console import Console
 from rich.table import Table
 
 from measuring.clips import FARTHEST_M, motions
+from measuring.save import save_study
 from measuring.yardstick import Yardstick
 from simprep.errors import SimprepError
-from simprep.files import atomic_path
 from simprep.library import library_names
 from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.motion import Motion
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
-from simprep.report.results import provenance, save_json
+from simprep.report.results import provenance
 
 KEYS = ("mpjpe_mm", "g_mpjpe_mm", "farthest_m", "foot_slip_ratio", "penetration_mm", "yardsticks")
 DIGITS = (1, 0, 2, 1, 1, 2)
@@ -105,12 +105,8 @@ def main() -> int:
         "yardstick_s": yardstick_s,
     }
     content |= {"summary": summaries, "runs": rows}
-    path = save_json(options.out / "tracking.json", content)
     Console(width=130).print(table)
-    text = markdown(summaries, rows, options.preset)
-    with atomic_path(options.out / "tracking.md") as temporary:
-        temporary.write_text(text, encoding="utf-8")
-    print(f"written: {path}, {options.out / 'tracking.md'}")
+    save_study(options.out, "tracking", content, markdown(summaries, rows, options.preset))
     return 0
 
 

@@ -18,10 +18,19 @@ FARTHEST_M = 0.5
 
 
 def looped(motion: Motion, seconds: float) -> Motion:
+    """A cyclic motion repeated to at least so many seconds; any other as it is."""
     return repeat(motion, int(np.ceil(seconds / motion.duration - 1e-9))) if motion.loop else motion
 
 
 def motions(names: list[str], clips: Path | None) -> dict[str, Motion]:
+    """Built-in motions of these names, and every motion file in a folder and below, each by what it is called in tables.
+
+    Cyclic ones are repeated (to 3 s, the walk and captured ones longer); captured ones are cut at `LONGEST_S`. A file that is no motion is left
+    out, with a word on stderr.
+
+    Raises:
+        UnknownNameError: no built-in motion of a name.
+    """
     chosen = {f"built-in {name}": looped(library_motion(name), WALK_S if name == "walk" else 3.0) for name in names}
     if clips is not None:
         for file in sorted(path for path in clips.rglob("*") if path.suffix in (".bvh", ".amc", ".txt")):
