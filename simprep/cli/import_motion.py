@@ -72,7 +72,7 @@ class Import(BaseCommand):
             raise MotionFileError(target, f"cannot be written ({error.strerror})") from None
         report = result.report
         output.say(
-            f"{file.name}: {report.frames} frames at {report.fps:g} per second, {report.duration_s:.2f} s; "
+            f"{file.name}: {report.recognised}; {report.frames} frames at {report.fps:g} per second, {report.duration_s:.2f} s; "
             f"{report.up} up, {report.scale:.4g} m per unit; mean joint distance to the source {report.residual_mm:.1f} mm"
             + (
                 f" ({report.check.worst_residual_mm:.1f} in frame {report.check.worst_residual_frame})"

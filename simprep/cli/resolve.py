@@ -12,7 +12,6 @@ from simprep.errors import MotionError, SettingError, UnknownNameError
 if TYPE_CHECKING:
     from simprep.motion.motion import Motion
 
-FILE_TYPES = (".npz", ".bvh", ".amc (with its .asf beside it)", ".json")
 DEFAULT_LOOP_S = 6.0
 
 
@@ -40,7 +39,9 @@ def resolve_motion(text: str, warn: Callable[[str], None], library: Path | None 
     except UnknownNameError as error:
         if Path(text).is_dir():  # after the names: a folder called `walk` does not hide the walk
             return _imported(text, warn)
-        choices = (*error.choices, f"or the path of a file: {', '.join(FILE_TYPES)}")
+        from simprep.motion.formats.registry import readable
+
+        choices = (*error.choices, f"or the path of a file: {readable()}")
         raise UnknownNameError("motion", text, choices) from None
     return entry.generate()
 

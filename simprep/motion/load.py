@@ -1,8 +1,8 @@
-"""Loading a motion from any file: simprep's .npz, BVH, Acclaim, DeepMimic."""
+"""Loading a motion from any file of a format in `simprep.motion.formats.registry`."""
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +10,13 @@ from simprep.archive import find_archive
 from simprep.character import Character
 from simprep.errors import MotionError, MotionFileError, SettingError
 from simprep.humanoid_model import humanoid, humanoid_of_leg
+from simprep.motion.formats.format import DEFAULT_OPTIONS, ReadMotion, ReadOptions
+from simprep.motion.formats.registry import recognise
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.formats.text import MAX_FILE_BYTES
 from simprep.motion.import_check import ImportCheck, check_import
 from simprep.motion.motion import Motion
-from simprep.motion.store import SCHEMA, read_motion
-
-READABLE = ".npz, .bvh, .amc (with its .asf), .txt or .json (DeepMimic)"
+from simprep.motion.store import SCHEMA
 
 
 @dataclass(frozen=True)
@@ -31,6 +31,7 @@ class ImportReport:
         up: the file's vertical axis.
         scale: metres per file unit.
         warnings: everything that was decided, adapted or left out.
+        recognised: what the file is, by its content.
     """
 
     frames: int
@@ -40,6 +41,7 @@ class ImportReport:
     up: str
     scale: float
     warnings: tuple[str, ...]
+    recognised: str = ""
 
     @property
     def residual_mm(self) -> float:
@@ -109,13 +111,27 @@ def import_motion(
 ) -> ImportResult:
     """Load a motion file with a report; arguments and errors as for `load_motion`."""
     path = find_archive(path, "simprep motion", SCHEMA)
+    content, recognised = read_file(path, ReadOptions(character=character))
+    if isinstance(content, ReadMotion):
+        result = _as_it_is(content, fps)
+    else:
+        result = retarget_clip(content, fps, up, scale, joint_map, character)
+    return replace(result, report=replace(result.report, recognised=recognised))
+
+
+def read_file(path: Path, options: ReadOptions = DEFAULT_OPTIONS) -> tuple[SourceClip | ReadMotion, str]:
+    """Read a motion file of any format, before any retargeting; also what was recognised, in words.
+
+    Raises:
+        MotionFileError: missing, too large, of no known format, or malformed.
+    """
     if not path.is_file():
         raise MotionFileError(path, "no such file")
     if path.stat().st_size > MAX_FILE_BYTES:
         raise MotionFileError(path, f"larger than {MAX_FILE_BYTES // 10**6} MB")
-    if path.suffix.lower() == ".npz":
-        return _own(path, fps)
-    return retarget_clip(read_source(path), fps, up, scale, joint_map, character)
+    form, recognised = recognise(path)
+    assert form.read is not None
+    return form.read(path, options), recognised
 
 
 def retarget_clip(
@@ -182,34 +198,22 @@ def retarget_clip(
 
 
 def read_source(path: Path) -> SourceClip:
-    """Read a foreign motion file by its extension.
+    """Read a foreign skeleton's motion, of a format that is recognised by content.
 
     Raises:
-        MotionFileError: unknown extension, or the file is malformed.
+        MotionFileError: unknown format, malformed, or joint angles of a character of ours.
     """
-    suffix = path.suffix.lower()
-    if suffix in (".txt", ".json"):
-        from simprep.motion.formats.deepmimic import read_deepmimic
-
-        return read_deepmimic(path)
-    if suffix == ".bvh":
-        from simprep.motion.formats.bvh import read_bvh
-
-        return read_bvh(path)
-    if suffix == ".amc":
-        from simprep.motion.formats.acclaim import read_acclaim
-
-        return read_acclaim(path)
-    if suffix == ".asf":
-        raise MotionFileError(path, "an Acclaim skeleton without motion; valid: its .amc file")
-    raise MotionFileError(path, f"unknown extension {suffix!r}; valid: {READABLE}")
+    content, recognised = read_file(path)
+    if isinstance(content, ReadMotion):
+        raise MotionFileError(path, f"{recognised}, not a foreign skeleton; import it first")
+    return content
 
 
-def _own(path: Path, fps: float | None) -> ImportResult:
+def _as_it_is(content: ReadMotion, fps: float | None) -> ImportResult:
     from simprep.motion.edit import resample
 
-    motion = read_motion(path)
+    motion = content.motion
     if fps is not None:
         motion = resample(motion, fps)
-    report = ImportReport(len(motion), motion.fps, motion.duration, None, "z", 1.0, ())
+    report = ImportReport(len(motion), motion.fps, motion.duration, None, content.up, content.scale, content.notes)
     return ImportResult(motion, report)

@@ -11,6 +11,7 @@ import numpy as np
 
 from simprep.arrays import FloatArray
 from simprep.errors import MotionFileError
+from simprep.motion.formats.format import Format, Glimpse, ReadOptions
 from simprep.motion.formats.numbers import Decimals, decimal_notes, number, numbers
 from simprep.motion.formats.skeleton import SourceClip, check_size, forward, tidy_fps
 from simprep.motion.formats.text import MAX_NAME, Comments, lines_of, open_text
@@ -266,3 +267,15 @@ def _clip(path: Path, joints: list[_Joint], values: FloatArray, fps: float, note
         positions=positions, rotations=rotations, rest_positions=rest[0], rest_rotations=identity[0],
         fps=fps, notes=tuple(notes),
     )  # fmt: skip
+
+
+def _recognise(seen: Glimpse) -> str | None:
+    first = next((line.split() for text in seen.text.splitlines() if (line := Comments().strip(text).strip())), [""])
+    return "BVH" if first[0].upper() == "HIERARCHY" else None
+
+
+def _read_format(path: Path, options: ReadOptions) -> SourceClip:
+    return read_bvh(path)
+
+
+FORMAT = Format("bvh", "BVH", (".bvh",), _recognise, _read_format)
