@@ -15,6 +15,7 @@ from simprep.motion.formats.registry import recognise
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.formats.text import MAX_FILE_BYTES
 from simprep.motion.import_check import ImportCheck, check_import
+from simprep.motion.joint_map import read_joint_map
 from simprep.motion.motion import Motion
 from simprep.motion.store import SCHEMA
 
@@ -111,7 +112,9 @@ def import_motion(
 ) -> ImportResult:
     """Load a motion file with a report; arguments and errors as for `load_motion`."""
     path = find_archive(path, "simprep motion", SCHEMA)
-    content, recognised = read_file(path, ReadOptions(character=character))
+    if isinstance(joint_map, str | Path):
+        joint_map = read_joint_map(joint_map)
+    content, recognised = read_file(path, ReadOptions(character=character, joint_map=joint_map))
     if isinstance(content, ReadMotion):
         result = _as_it_is(content, fps)
     else:
@@ -156,13 +159,15 @@ def retarget_clip(
         keep_travel: do not scale the path over the floor by the length of the legs.
     """
     from simprep.motion.ground import place_on_floor
-    from simprep.motion.joint_map import find_joints, read_joint_map
+    from simprep.motion.joint_map import find_joints
     from simprep.motion.normalise import leg_length, normalise
     from simprep.motion.targets import build_targets
 
     path = clip.path
     if isinstance(joint_map, str | Path):
         joint_map = read_joint_map(joint_map)
+    if clip.by_part:
+        joint_map = None
     joints = find_joints(path, clip.names, clip.parents, joint_map)
     source = normalise(clip, joints, fps, up, scale)
     if character is None:

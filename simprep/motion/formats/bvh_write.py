@@ -3,6 +3,7 @@
 The joints are called by the character's segments. A joint of three hinges has their angles as channels, in their order.
 """
 
+import warnings
 from io import StringIO
 from pathlib import Path
 
@@ -91,7 +92,9 @@ def _channels(
     turned = axes @ TO_FILE.T
     along = np.abs(turned).argmax(axis=1) if len(turned) else np.zeros(0, dtype=int)
     if root or (len(turned) and np.abs(np.abs(turned).max(axis=1) - 1).max() > 1e-9):
-        return "YXZ", Rotation.from_matrix(turn).as_euler("YXZ")
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")  # a body that lies face down: two angles for one turn, any of them is right
+            return "YXZ", Rotation.from_matrix(turn).as_euler("YXZ")
     order = [*along, *(axis for axis in range(3) if axis not in along)]
     values = np.zeros((len(qpos), 3))
     for column, (joint, axis) in enumerate(zip(joints, along)):

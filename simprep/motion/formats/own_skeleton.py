@@ -3,12 +3,13 @@
 Such a file holds the character's own pose. It is taken as it is, instead of being retargeted.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from pathlib import Path
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from simprep.arrays import FloatArray
+from simprep.arrays import FloatArray, IndexArray
 from simprep.character import Character
 from simprep.characters import CHARACTERS
 from simprep.errors import SettingError
@@ -50,14 +51,14 @@ def own_motion(clip: SourceClip, wanted: Character) -> ReadMotion | None:
         above = parents(character)
         if any(above[n] >= 0 and clip.parents[order[n]] != order[above[n]] for n in range(len(order))):
             continue
-        found = _sized(clip.rest_positions[order], above, character)
+        found = sized(clip.rest_positions[order], above, character)
         if found is None:
             continue
         character, up, scale = found
         turn = UP_ROTATIONS[up]
         world = turn @ clip.rotations[:, order] @ turn.T
         root = clip.positions[:, order[0]] @ turn.T * scale
-        motion = motion_of_frames(root, world, above, character, clip)
+        motion = motion_of_frames(root, world, above, character, clip.fps, clip.path, clip.format)
         if motion is not None:
             notes = (*clip.notes, f"the joints are {character.name}'s own: the pose is taken as it is")
             return ReadMotion(motion, notes, up, scale)
@@ -65,7 +66,7 @@ def own_motion(clip: SourceClip, wanted: Character) -> ReadMotion | None:
 
 
 def motion_of_frames(
-    root: FloatArray, world: FloatArray, above: list[int], character: Character, clip: SourceClip
+    root: FloatArray, world: FloatArray, above: list[int], character: Character, fps: float, path: Path, title: str
 ) -> Motion | None:
     """A motion from the world orientations of the segments; None if the joints cannot turn so.
 
@@ -74,7 +75,9 @@ def motion_of_frames(
         world: (T, S, 3, 3) orientation of each segment since the reference pose, z up.
         above: parent of each segment.
         character: the body.
-        clip: the file, for its name and rate.
+        fps: frame rate [1/s].
+        path: the file.
+        title: of its format.
     """
     turns = world.copy()
     for segment, parent in enumerate(above):
@@ -84,47 +87,60 @@ def motion_of_frames(
     if rest.max() > SAME_TURN:
         return None
     quat = continuous_quat(Rotation.from_matrix(world[:, 0]).as_quat(scalar_first=True))
-    return motion_of_poses(np.concatenate([root, quat, angles], axis=1), clip.fps, character, clip)
+    return motion_of_poses(np.concatenate([root, quat, angles], axis=1), fps, character, path, title)
 
 
-def motion_of_poses(qpos: FloatArray, fps: float, character: Character, clip: SourceClip) -> Motion:
+def motion_of_poses(qpos: FloatArray, fps: float, character: Character, path: Path, title: str) -> Motion:
     """A motion of poses (T, nq) from a file; contacts are found by height and speed of the feet."""
     contacts = detect_contacts(qpos, fps, character)
-    return Motion(
-        qpos, fps, contacts, name=clip.path.stem, source=f"{clip.format} file {clip.path.name}", character=character
-    )
+    return Motion(qpos, fps, contacts, name=path.stem, source=f"{title} file {path.name}", character=character)
 
 
-def _sized(rest: FloatArray, above: list[int], character: Character) -> tuple[Character, str, float] | None:
-    """The character in the size of a skeleton (S, 3), its vertical axis and metres per unit; None if it has other bones."""
+def sized(
+    rest: FloatArray,
+    above: list[int],
+    character: Character,
+    units: Mapping[str, float] = FILE_UNITS,
+    axes: Mapping[str, FloatArray] = UP_ROTATIONS,
+) -> tuple[Character, str, float] | None:
+    """The character in the size of a skeleton, its vertical axis and metres per unit; None if it has other bones.
+
+    Args:
+        rest: (S, 3) the skeleton in the reference pose [file unit].
+        above: parent of each segment.
+        character: the body.
+        units: metres per unit to try.
+        axes: vertical axes to try.
+    """
     child = np.array([n for n, parent in enumerate(above) if parent >= 0])
     parent = np.array([above[n] for n in child])
     given = rest[child] - rest[parent]
-    for candidate, scale in _sizes(np.linalg.norm(given, axis=1).sum(), child, parent, character):
+    for candidate, scale in _sizes(float(np.linalg.norm(given, axis=1).sum()), child, parent, character, units):
         place, _ = rest_frames(candidate)
         own = place[child] - place[parent]
         largest = np.linalg.norm(own, axis=1).max()
-        for up, turn in UP_ROTATIONS.items():
+        for up, turn in axes.items():
             if np.abs(given @ turn.T * scale - own).max() < SAME_LENGTH * largest:
                 return candidate, up, scale
     return None
 
 
 def _sizes(
-    whole: float, child: FloatArray, parent: FloatArray, character: Character
+    whole: float, child: IndexArray, parent: IndexArray, character: Character, units: Mapping[str, float]
 ) -> Iterable[tuple[Character, float]]:
     """The character, and if it has many sizes those in which a skeleton of this length fits a common unit."""
     place, _ = rest_frames(character)
     own = float(np.linalg.norm(place[child] - place[parent], axis=1).sum())
     if whole <= 0 or own <= 0:
         return
-    for scale in FILE_UNITS.values():
+    for scale in units.values():
         if abs(whole * scale / own - 1) < SAME_LENGTH / 10:
             yield character, scale
-    if character.name == MODEL_NAME:
-        for scale in FILE_UNITS.values():
+    height, mass = character.height_m, character.mass_kg
+    if character.name == MODEL_NAME and height is not None and mass is not None:
+        for scale in units.values():
             ratio = whole * scale / own
             try:
-                yield humanoid(round(character.height_m * ratio, 5), character.mass_kg * ratio**2), scale
+                yield humanoid(round(height * ratio, 5), mass * ratio**2), scale
             except SettingError:
                 continue

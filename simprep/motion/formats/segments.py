@@ -120,9 +120,7 @@ def _angles(turn: FloatArray, axes: FloatArray, limits: FloatArray) -> FloatArra
     sign = np.array([1.0, 1.0, np.sign(third @ axes[2])])
     one = _near(np.stack([x, y, z], axis=-1) * sign, limits)
     other = _near(np.stack([x + np.pi, np.pi - y, z + np.pi], axis=-1) * sign, limits)
-    beyond = [
-        np.maximum(np.maximum(limits[:, 0] - way, way - limits[:, 1]), 0.0).max(axis=1) for way in (one, other)
-    ]
+    beyond = [np.maximum(np.maximum(limits[:, 0] - way, way - limits[:, 1]), 0.0).max(axis=1) for way in (one, other)]
     out = np.where((beyond[0] <= beyond[1])[:, None], one, other)
     for frame in np.flatnonzero(np.abs(beyond[0] - beyond[1]) < 1e-6):
         if frame > 0:  # both within the limits
