@@ -9,13 +9,13 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from simprep.errors import MotionFileError, UnknownNameError
-from simprep.motion.formats import acclaim, bvh, c3d, csv_angles, deepmimic, opensim, own, points_npz, trc
+from simprep.motion.formats import acclaim, bvh, c3d, csv_angles, deepmimic, opensim, own, points_npz, smpl, trc
 from simprep.motion.formats.foreign import npz_kind
 from simprep.motion.formats.format import Format, Glimpse
 from simprep.motion.formats.text import HEAD_BYTES, encoding_of
 
 FORMATS: tuple[Format, ...] = tuple(
-    module.FORMAT for module in (own, bvh, acclaim, deepmimic, trc, c3d, opensim, csv_angles, points_npz)
+    module.FORMAT for module in (own, bvh, acclaim, deepmimic, smpl, trc, c3d, opensim, csv_angles, points_npz)
 )
 """All formats. Of several that recognise a file, and share its extension or its lack, the first one wins."""
 
