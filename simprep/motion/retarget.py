@@ -27,6 +27,8 @@ UNBOUNDED = 1e30
 PART = 16
 """Frames that are solved one after the other, at least: each starts from the one before it."""
 MOST_PARTS = 128
+FIRST = 0.1
+"""Share of the tolerances for the first frame of a part, which starts from nothing but its closed form."""
 
 TILT = {role: slice(rows.start, rows.start + 2) for role, rows in TURN.items()}
 HEADING = {role: rows.start + 2 for role, rows in TURN.items()}
@@ -193,8 +195,9 @@ def solve(
     while len(at):
         now = frame[at]
         share = np.where(number[at] < FULL_STEPS, 1.0, 0.5)
+        strict = np.where(now == edges[at], FIRST, 1.0)
         qpos[at], settled = solver.step(
-            qpos[at], start[now], cost[at], targets.positions[now], targets.orientations[now], share
+            qpos[at], start[now], cost[at], targets.positions[now], targets.orientations[now], share, strict
         )
         number[at] += 1
         # a settled frame whose standing feet cannot turn as wanted goes on with less weight on them, once
@@ -255,8 +258,19 @@ class _Solver:
         positions: FloatArray,
         orientations: FloatArray,
         share: FloatArray,
+        strict: FloatArray,
     ) -> tuple[FloatArray, BoolArray]:
-        """Poses (B, nq) after a share (B,) of one Newton step, and which whole steps were within the tolerances (B,)."""
+        """Poses after a Newton step, and which of them have settled (B,).
+
+        Args:
+            qpos: (B, nq) poses.
+            rest: (B, nq) poses that everything is pulled to a little.
+            cost: (B, ROWS) weights.
+            positions: (B, 17, 3) of the roles [m].
+            orientations: (B, 5, 3, 3) of the roles in `ORIENTED`.
+            share: (B,) share of the step that is taken.
+            strict: (B,) share of the tolerances that the whole step must be within.
+        """
         pose = self.equations.poses(qpos)
         error = cost * self.equations.errors(pose, positions, orientations)
         pull = self.weights.pull
@@ -276,7 +290,7 @@ class _Solver:
         change = self._minima(pose, hessians, gradient, low, high)
         # a full step from afar would leave the range of the linearisation
         largest = np.abs(change[:, 3:]).max(axis=1)
-        settled = (np.abs(change[:, 3:]) < self.weights.tolerance[3:]).all(axis=1)
+        settled = np.asarray((np.abs(change[:, 3:]) < strict[:, None] * self.weights.tolerance[3:]).all(axis=1))
         scale = np.minimum(share, LARGEST_STEP / np.maximum(largest, LARGEST_STEP))
         return integrated(qpos, change * scale[:, None]), settled
 
@@ -298,7 +312,7 @@ class _Solver:
         for number, (system, hessian) in enumerate(zip(systems, hessians)):
             columns = system.columns
             part = np.linalg.solve(hessian, -gradient[:, columns, None])[..., 0]
-            fits = ((part >= low[:, columns]) & (part <= high[:, columns])).all(axis=1)
+            fits = np.asarray(((part >= low[:, columns]) & (part <= high[:, columns])).all(axis=1))
             if number == 0 and len(which):
                 sinks = (rows[:, columns] * part[which]).sum(axis=1) < -height
                 fits[which[sinks]] = False

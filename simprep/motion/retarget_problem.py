@@ -4,8 +4,8 @@ The columns of a derivative are the character's degrees of freedom. The arms' ro
 moves them either, the equations fall apart into three systems, which are solved by themselves.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import mujoco
 import numpy as np
@@ -77,24 +77,15 @@ class Equations:
     """
 
     def __init__(self, character: Character) -> None:
-        model = character.model
-        self.model, self.data = model, mujoco.MjData(model)
-        self.bodies = np.array([1 + character.segment(role if character.has(role) else "pelvis") for role in ROLES])
+        self.model = character.model
+        data = self.data = mujoco.MjData(self.model)
+        self.bodies, self.above, self.systems = structure(character)
         self.turned = self.bodies[list(ORIENTED)]
-        self.above = _columns_above(model)  # (bodies, C)
-        self.mask = np.ones((ROWS, model.nv), dtype=bool)
-        arms = [6 + character.joint_indices(character.group(f"{side}_arm")) for side in SIDES]
-        for side, own in zip(SIDES, arms):
-            others = np.setdiff1d(np.arange(model.nv), own)
-            for rows in (PLACE[f"{side}_forearm"], PLACE[f"{side}_hand"], TURN[f"{side}_hand"]):
-                self.mask[rows, others] = False
-        data = self.data
         self._flat = [
             part.reshape(-1)
             for part in (data.xpos, data.xmat, data.xanchor, data.xaxis, data.geom_xpos, data.geom_xmat)
         ]
         self._ends = np.cumsum([0, *(part.size for part in self._flat)]).tolist()
-        self.systems = self._systems(arms)
 
     def poses(self, qpos: FloatArray) -> Pose:
         """Kinematics of poses (B, nq)."""
@@ -110,7 +101,8 @@ class Equations:
         xpos, xmat = parts[0].reshape(count, -1, 3), parts[1].reshape(count, -1, 3, 3)
         anchors, axes = parts[2].reshape(count, -1, 3), parts[3].reshape(count, -1, 3)
         # the root turns about its own axes
-        anchors = np.concatenate([np.repeat(xpos[:, 1:2], 3, axis=1), anchors[:, 1:]], axis=1)
+        root = np.broadcast_to(xpos[:, 1:2], (count, 3, 3))
+        anchors = np.concatenate([root, anchors[:, 1:]], axis=1)
         axes = np.concatenate([np.swapaxes(xmat[:, 1], -1, -2), axes[:, 1:]], axis=1)
         return Pose(xpos, xmat, anchors, axes, parts[4].reshape(count, -1, 3), parts[5].reshape(count, -1, 3, 3))
 
@@ -141,56 +133,6 @@ class Equations:
             out[:, row + i, column] = pose.axes[:, turning, i]
         out[(slice(None), *system.shift)] = 1.0
         return out
-
-    def _systems(self, arms: Sequence[IndexArray]) -> tuple[System, ...]:
-        everything = np.arange(self.model.nv)
-        main = np.setdiff1d(everything, np.concatenate(arms))
-        rows = [np.flatnonzero(self.mask[:, arm].any(axis=1) & ~self.mask[:, main].any(axis=1)) for arm in arms]
-        rest = np.setdiff1d(np.arange(ROWS), np.concatenate(rows))
-        whole = self._system(np.arange(ROWS), everything)
-        # the arms' rows move the arms alone; does anything else? Where each shoulder is one point, nothing does
-        bent = np.array(self.model.qpos0)
-        bent[7:] += 0.3
-        derivative = self.derivative(self.poses(bent[None]), whole)[0]
-        if np.abs(derivative[np.ix_(rest, np.concatenate(arms))]).max(initial=0.0) > 1e-12:
-            return (whole,)
-        return (self._system(rest, main), *(self._system(own, arm) for own, arm in zip(rows, arms)))
-
-    def _system(self, rows: IndexArray, columns: IndexArray) -> System:
-        row_of = {int(row): number for number, row in enumerate(rows)}
-        column_of = {int(column): number for number, column in enumerate(columns)}
-        turning = self.above.shape[1]
-        place, turn, shift = [], [], []
-        for number, role in enumerate(ROLES):
-            first = PLACE[role].start
-            if first not in row_of:
-                continue
-            for axis in range(3):
-                if self.mask[first + axis, axis] and axis in column_of and number not in HANDS:
-                    shift.append((row_of[first + axis], column_of[axis]))
-            for column in np.flatnonzero(self.above[self.bodies[number]]):
-                if 3 + column not in column_of or not self.mask[first, 3 + column]:
-                    continue
-                # a hand counts from its forearm: what turns both turns the bone between them
-                bone = number in HANDS and self.above[self.bodies[number - 1], column]
-                place.append(
-                    (number, column, turning + number - 1 if bone else column, row_of[first], column_of[3 + column])
-                )
-        for body, (_, part) in zip(self.turned, TURN.items()):
-            if part.start in row_of:
-                for column in np.flatnonzero(self.above[body]):
-                    if 3 + column in column_of and self.mask[part.start, 3 + column]:
-                        turn.append((column, row_of[part.start], column_of[3 + column]))
-        five = np.array(place, dtype=np.intp).reshape(-1, 5).T
-        three = np.array(turn, dtype=np.intp).reshape(-1, 3).T
-        two = np.array(shift, dtype=np.intp).reshape(-1, 2).T
-        return System(
-            rows,
-            columns,
-            (five[0], five[1], five[2], five[3], five[4]),
-            (three[0], three[1], three[2]),
-            (two[0], two[1]),
-        )
 
 
 class Floor:
@@ -245,3 +187,76 @@ def _columns_above(model: mujoco.MjModel) -> BoolArray:
         for joint in range(1, model.njnt):
             out[body, model.jnt_dofadr[joint] - 3] |= model.jnt_bodyid[joint] == body
     return out
+
+
+@lru_cache(maxsize=16)
+def structure(character: Character) -> tuple[IndexArray, BoolArray, tuple[System, ...]]:
+    """Bodies of the roles (17,), which turning degrees of freedom move each body (bodies, C), and the systems."""
+    model = character.model
+    bodies = np.array([1 + character.segment(role if character.has(role) else "pelvis") for role in ROLES])
+    above = _columns_above(model)
+    mask = np.ones((ROWS, model.nv), dtype=bool)
+    arms = [6 + character.joint_indices(character.group(f"{side}_arm")) for side in SIDES]
+    everything = np.arange(model.nv)
+    rows = []
+    for side, own in zip(SIDES, arms):
+        parts = (PLACE[f"{side}_forearm"], PLACE[f"{side}_hand"], TURN[f"{side}_hand"])
+        rows.append(np.concatenate([np.arange(part.start, part.stop) for part in parts]))
+        mask[np.ix_(rows[-1], np.setdiff1d(everything, own))] = False
+    whole = [(np.arange(ROWS), everything)]
+    trunk_and_legs = (
+        np.setdiff1d(np.arange(ROWS), np.concatenate(rows)), np.setdiff1d(everything, np.concatenate(arms)),
+    )  # fmt: skip
+    apart = [trunk_and_legs, *zip(rows, arms)] if _shoulders_are_points(character, np.concatenate(arms)) else whole
+    return bodies, above, tuple(_system(bodies, above, mask, *part) for part in apart)
+
+
+def _shoulders_are_points(character: Character, arms: IndexArray) -> bool:
+    """Whether the arms' degrees of freedom leave the origins of the upper arms where they are."""
+    model = character.model
+    data = mujoco.MjData(model)
+    data.qpos[:] = model.qpos0
+    data.qpos[7:] += 0.3
+    mujoco.mj_kinematics(model, data)
+    mujoco.mj_comPos(model, data)
+    jacobian = np.zeros((3, model.nv))
+    for side in SIDES:
+        mujoco.mj_jacBody(model, data, jacobian, None, 1 + character.segment(f"{side}_upper_arm"))
+        if np.abs(jacobian[:, arms]).max() > 1e-12:
+            return False
+    return True
+
+
+def _system(bodies: IndexArray, above: BoolArray, mask: BoolArray, rows: IndexArray, columns: IndexArray) -> System:
+    row_of = {int(row): number for number, row in enumerate(rows)}
+    column_of = {int(column): number for number, column in enumerate(columns)}
+    turning = above.shape[1]
+    place: list[tuple[int, ...]] = []
+    turn: list[tuple[int, ...]] = []
+    shift: list[tuple[int, ...]] = []
+    for number, role in enumerate(ROLES):
+        first = PLACE[role].start
+        if first not in row_of:
+            continue
+        for axis in range(3):
+            if mask[first + axis, axis] and axis in column_of and number not in HANDS:
+                shift.append((row_of[first + axis], column_of[axis]))
+        for column in np.flatnonzero(above[bodies[number]]).tolist():
+            if 3 + column not in column_of or not mask[first, 3 + column]:
+                continue
+            # a hand counts from its forearm: what turns both turns the bone between them
+            bone = number in HANDS and above[bodies[number - 1], column]
+            place.append(
+                (number, column, turning + number - 1 if bone else column, row_of[first], column_of[3 + column])
+            )
+    for body, (_, part) in zip(bodies[list(ORIENTED)], TURN.items()):
+        if part.start in row_of:
+            for column in np.flatnonzero(above[body]).tolist():
+                if 3 + column in column_of and mask[part.start, 3 + column]:
+                    turn.append((column, row_of[part.start], column_of[3 + column]))
+    five = np.array(place, dtype=np.intp).reshape(-1, 5).T
+    three = np.array(turn, dtype=np.intp).reshape(-1, 3).T
+    two = np.array(shift, dtype=np.intp).reshape(-1, 2).T
+    return System(
+        rows, columns, (five[0], five[1], five[2], five[3], five[4]), (three[0], three[1], three[2]), (two[0], two[1])
+    )

@@ -88,14 +88,15 @@ def forward(parents: IndexArray, offsets: FloatArray, rotations: FloatArray) -> 
         offsets: (J, 3) or (T, J, 3) position of each joint in its parent's frame.
         rotations: (T, J, 3, 3) orientation of each joint in its parent's frame.
     """
-    world = np.empty_like(rotations)
-    positions = np.empty(rotations.shape[:-1])
-    offsets = np.broadcast_to(offsets, positions.shape)
+    frames, joints = rotations.shape[:2]
+    # joint by joint in memory: matrices that lie side by side multiply several times faster
+    world, positions = np.empty((joints, frames, 3, 3)), np.empty((joints, frames, 3))
+    offsets = np.broadcast_to(offsets, (frames, joints, 3))
     for joint, parent in enumerate(parents):
         if parent < 0:
-            world[:, joint] = rotations[:, joint]
-            positions[:, joint] = offsets[:, joint]
+            world[joint] = rotations[:, joint]
+            positions[joint] = offsets[:, joint]
         else:
-            world[:, joint] = world[:, parent] @ rotations[:, joint]
-            positions[:, joint] = positions[:, parent] + (world[:, parent] @ offsets[:, joint, :, None])[..., 0]
-    return positions, world
+            np.matmul(world[parent], rotations[:, joint], out=world[joint])
+            positions[joint] = positions[parent] + (world[parent] @ offsets[:, joint, :, None])[..., 0]
+    return np.swapaxes(positions, 0, 1), np.swapaxes(world, 0, 1)
