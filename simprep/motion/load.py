@@ -126,7 +126,9 @@ def import_motion(
     if isinstance(content, ReadMotion):
         result = as_it_is(content, fps)
     else:
-        result = retarget_clip(content, fps, up, scale, joint_map, character)
+        clips = [content]
+        del content  # so that retargeting can let go of what may be hundreds of megabytes
+        result = retarget_clip(clips.pop(), fps, up, scale, joint_map, character)
     return replace(result, report=replace(result.report, recognised=recognised))
 
 
@@ -171,13 +173,14 @@ def retarget_clip(
     from simprep.motion.normalise import leg_length, normalise
     from simprep.motion.targets import build_targets
 
-    path = clip.path
+    path, title, names = clip.path, clip.format, clip.names
     if isinstance(joint_map, str | Path):
         joint_map = read_joint_map(joint_map)
     if clip.by_part:
         joint_map = None
     joints = find_joints(path, clip.names, clip.parents, joint_map)
     source = normalise(clip, joints, fps, up, scale)
+    del clip
     if character is None:
         try:
             character = humanoid_of_leg(leg_length(source.clip.positions, joints))
@@ -186,27 +189,29 @@ def retarget_clip(
                 path, f"the person's {error}; another length unit can be given with --scale"
             ) from None
     targets = build_targets(source, joints, character, keep_travel)
+    rate, decided, up, scale = source.clip.fps / source.stride, source.warnings, source.up, source.scale
+    del source
     try:
         placed = place_on_floor(targets, character)
     except MotionError as error:
         raise MotionFileError(path, str(error)) from None
     motion = Motion(
         qpos=placed.qpos,
-        fps=source.clip.fps / source.stride,
+        fps=rate,
         contacts=placed.contacts,
         name=path.stem,
-        source=f"{clip.format} file {path.name}",
+        source=f"{title} file {path.name}",
         loop=targets.step is not None,
         character=character,
     )
     check = check_import(placed.qpos, placed.unsettled, targets.output(), character)
-    notes = [*check.warnings, *source.warnings, *targets.warnings, *placed.warnings]
+    notes = [*check.warnings, *decided, *targets.warnings, *placed.warnings]
     if joints.unused:
         shown = ", ".join(joints.unused[:12]) + (", ..." if len(joints.unused) > 12 else "")
         notes.append(
-            f"{len(joints.unused)} of {sum(not name.endswith('_end') for name in clip.names)} joints drive nothing: {shown}"
+            f"{len(joints.unused)} of {sum(not name.endswith('_end') for name in names)} joints drive nothing: {shown}"
         )
-    report = ImportReport(len(motion), motion.fps, motion.duration, check, source.up, source.scale, tuple(notes))
+    report = ImportReport(len(motion), motion.fps, motion.duration, check, up, scale, tuple(notes))
     return ImportResult(motion, report)
 
 
