@@ -278,7 +278,6 @@ SMPL = {"poses": (5, 156), "trans": (5, 3), "betas": (16,)}
         ({"body_pose": (5, 63), "global_orient": (5, 3), "transl": (5, 3)}, "an AMASS/SMPL motion"),
         ({"betas": (16,), "gender": ()}, "an AMASS/SMPL body shape without a motion"),
         ({"fps": (1,), "joint_pos": (5, 29), "body_pos_w": (5, 30, 3)}, "BeyondMimic, mjlab or holosoma"),
-        ({"qpos": (5, 36), "fps": ()}, "holosoma or OmniRetarget"),
         ({"positions": (5, 2, 12, 3), "joint_names": (12,), "fps": ()}, "`simprep duel import` reads"),
     ],
 )

@@ -40,11 +40,13 @@ class ReadOptions:
         character: whose joint angles a file of joint angles holds, unless the file says so; who moves.
         file_fps: frame rate of the file, for formats that do not state it; None for the format's usual one [1/s].
         body_model: file of a body model with the shape of the person (SMPL family); None for a mean body.
+        clip: which clip of a file with several; None if there is only one.
     """
 
     character: Character = humanoid()
     file_fps: float | None = None
     body_model: Path | None = None
+    clip: str | None = None
 
 
 DEFAULT_OPTIONS = ReadOptions()
