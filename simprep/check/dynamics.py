@@ -26,8 +26,8 @@ PULL_SHARE = 0.35
 """Largest share of time in which captured motions accelerate downwards faster than gravity, by noise."""
 STEP_LEGS, FEWEST_STEPS, SHORTEST_STANCE_S = 0.25, 3, 0.05
 USUAL_CADENCE = 0.55
-CADENCE_WARN, CADENCE_FAIL = 0.92, 1.3
-"""Steps per second times sqrt(leg length / g): people walk at 0.5 to 0.65, and racing walkers at 0.9."""
+CADENCE_WARN, CADENCE_FAIL = 0.8, 1.2
+"""Steps per second times sqrt(leg length / g): people walk at 0.5 to 0.65, racing walkers at 0.9."""
 
 
 def support(subject: Subject) -> tuple[Finding, Finding, Finding]:
