@@ -126,8 +126,6 @@ def skating(subject: Subject) -> tuple[Finding, Finding]:
     )  # fmt: skip
 
 
-
-
 def footing(subject: Subject) -> Finding:
     """Median speed of the stillest point of both soles while one is on the floor: does the body stand on anything."""
     points = subject.kinematics.foot_points.reshape(len(subject.motion), -1, 3)

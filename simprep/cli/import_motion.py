@@ -14,14 +14,15 @@ from simprep.errors import MotionFileError
 class Import(BaseCommand):
     """Retarget a motion file onto a character, set its feet on the floor, and write it as .npz.
 
-    Reads BVH, Acclaim (.amc with its .asf beside it) and DeepMimic clips. What the file does not state (vertical axis,
-    length unit, meaning of joint names) is found, and reported; the options below override it.
+    Reads BVH, Acclaim (.amc with its .asf beside it), DeepMimic, AMASS and SMPL, TRC, C3D, OpenSim's MOT and CSV of joint
+    angles (docs/formats.md), recognised by content. What the file does not state (vertical axis, length unit, meaning of
+    joint names) is found, and reported; the options below override it.
 
     Example: simprep import walk.bvh -o walk.npz
     """
 
     file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FILE", help_behavior_hint="")]
-    """The motion file: .bvh, .amc, .txt or .json (DeepMimic), or .npz of simprep or a folder with one."""
+    """The motion file, or a folder with one .npz of simprep."""
 
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="OUT", help_behavior_hint="")] = None
     """The .npz file to write; default: the file's name, in the current folder."""
@@ -41,6 +42,12 @@ class Import(BaseCommand):
     joint_map: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
     """JSON object {"our part": "joint of the file"} for joints that are not recognised by their names."""
 
+    file_fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
+    """Frames per second of the file, where its format does not state them."""
+
+    body_model: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
+    """SMPL body model (.npz) of yours, for the bones of AMASS files; default: those of a mean body."""
+
     strict: bool = False
     """Make a doubtful result an error: a limb that points elsewhere than the file's though the body could (by more than
     5 deg in 5 % of the frames, or 15 deg in one), or that is out of its reach for long. Nothing is written then."""
@@ -56,7 +63,9 @@ class Import(BaseCommand):
 
         file = find_archive(self.file, "simprep motion", SCHEMA)
         character = character_of_name(self.character or "humanoid")
-        result = import_motion(file, self.fps, self.up, self.scale, self.joint_map, character)
+        result = import_motion(
+            file, self.fps, self.up, self.scale, self.joint_map, character, self.file_fps, self.body_model
+        )
         if self.character and result.motion.character.name != character.name:
             raise MotionFileError(
                 file, f"a motion of {result.motion.character.name}, which cannot be moved onto {character.name}"

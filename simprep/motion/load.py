@@ -15,7 +15,8 @@ from simprep.motion.formats.registry import recognise
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.formats.text import MAX_FILE_BYTES
 from simprep.motion.import_check import ImportCheck, check_import
-from simprep.motion.motion import Motion
+from simprep.motion.joint_map import read_joint_map
+from simprep.motion.motion import MAX_FPS, MIN_FPS, Motion
 from simprep.motion.store import SCHEMA
 
 
@@ -77,6 +78,8 @@ def load_motion(
     scale: float | None = None,
     joint_map: Mapping[str, str] | str | Path | None = None,
     character: Character = humanoid(),
+    file_fps: float | None = None,
+    body_model: str | Path | None = None,
 ) -> Motion:
     """Load a motion file and retarget it onto a character, its feet on the floor z = 0.
 
@@ -84,18 +87,19 @@ def load_motion(
     gives the whole report.
 
     Args:
-        path: .npz written by simprep or a folder with one, .bvh, .amc with its .asf beside it, or a DeepMimic
-            .txt/.json.
+        path: a motion file of any format that is read (docs/formats.md), or a folder with one .npz of simprep.
         fps: output frame rate [1/s]; None: the file's, at most 60.
         up: the file's vertical axis, `x`, `y` or `z`; None to find it.
         scale: metres per file unit; None to find it.
         joint_map: our parts to the file's joint names, or a JSON file with that; for foreign names.
-        character: who moves (an .npz keeps its own).
+        character: who moves (a file that states its character keeps it).
+        file_fps: frame rate of the file, where its format does not state it [1/s].
+        body_model: SMPL body model (.npz) for the bones of AMASS files; None for a mean body.
 
     Raises:
         SimprepError: the file or a setting cannot be used; the message says why and what is valid.
     """
-    result = import_motion(path, fps, up, scale, joint_map, character)
+    result = import_motion(path, fps, up, scale, joint_map, character, file_fps, body_model)
     if result.report.doubtful:
         warnings.warn(f"{path}: doubtful import: {result.report.warnings[0]}", stacklevel=2)
     return result.motion
@@ -108,10 +112,17 @@ def import_motion(
     scale: float | None = None,
     joint_map: Mapping[str, str] | str | Path | None = None,
     character: Character = humanoid(),
+    file_fps: float | None = None,
+    body_model: str | Path | None = None,
 ) -> ImportResult:
     """Load a motion file with a report; arguments and errors as for `load_motion`."""
     path = find_archive(path, "simprep motion", SCHEMA)
-    content, recognised = read_file(path, ReadOptions(character=character))
+    if isinstance(joint_map, str | Path):
+        joint_map = read_joint_map(joint_map)
+    if file_fps is not None and not MIN_FPS <= file_fps <= MAX_FPS:
+        raise SettingError(f"frame rate of the file {file_fps} 1/s; valid: {MIN_FPS:g} to {MAX_FPS:g}")
+    model = None if body_model is None else Path(body_model)
+    content, recognised = read_file(path, ReadOptions(character, file_fps, model, joint_map))
     if isinstance(content, ReadMotion):
         result = _as_it_is(content, fps)
     else:
@@ -156,13 +167,15 @@ def retarget_clip(
         keep_travel: do not scale the path over the floor by the length of the legs.
     """
     from simprep.motion.ground import place_on_floor
-    from simprep.motion.joint_map import find_joints, read_joint_map
+    from simprep.motion.joint_map import find_joints
     from simprep.motion.normalise import leg_length, normalise
     from simprep.motion.targets import build_targets
 
     path = clip.path
     if isinstance(joint_map, str | Path):
         joint_map = read_joint_map(joint_map)
+    if clip.by_part:
+        joint_map = None
     joints = find_joints(path, clip.names, clip.parents, joint_map)
     source = normalise(clip, joints, fps, up, scale)
     if character is None:

@@ -56,7 +56,9 @@ def about_face(motion: Motion) -> Motion:
 
 
 def longest_stance(motion: Motion) -> tuple[int, int, int]:
-    spans = [(after - first, side, first, after) for side in (0, 1) for first, after in stances(motion.contacts[:, side])]
+    spans = [
+        (after - first, side, first, after) for side in (0, 1) for first, after in stances(motion.contacts[:, side])
+    ]
     _, side, first, after = max(spans)
     return side, first, min(after, first + round(0.6 * motion.fps))
 

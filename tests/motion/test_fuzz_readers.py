@@ -20,7 +20,6 @@ from hypothesis import strategies as st
 from hypothesis.internal.conjecture import providers
 from motion_files import LIMBS, amc_text, asf_text, bvh_text, deepmimic_frame, deepmimic_text
 
-from simprep.duel.stream.positions import position_clip, read_positions
 from simprep.errors import SimprepError
 from simprep.humanoid_model import humanoid
 from simprep.motion.edit import resample
@@ -30,6 +29,7 @@ from simprep.motion.joint_map import find_joints, read_joint_map
 from simprep.motion.load import read_source
 from simprep.motion.motion import Motion
 from simprep.motion.normalise import normalise
+from simprep.motion.positions import position_clip, read_positions
 from simprep.motion.store import read_motion, save_motion
 
 BASE_BYTES, PER_BYTE = 40_000_000, 1000

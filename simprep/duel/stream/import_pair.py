@@ -8,7 +8,6 @@ import numpy as np
 
 from simprep.archive import find_archive, schema_of
 from simprep.character import Character
-from simprep.duel.stream.positions import DEFAULT_SETTINGS, PositionSettings, centres, position_clip, read_positions
 from simprep.duel.stream.store import SCHEMA, read_stream
 from simprep.duel.stream.stream import PLAYERS, DuelStream, StreamReport, check_stream, swapped_frames
 from simprep.errors import MotionError, MotionFileError
@@ -17,6 +16,7 @@ from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.joint_map import read_joint_map
 from simprep.motion.load import ImportReport, ImportResult, import_motion, read_source, retarget_clip
 from simprep.motion.motion import Motion
+from simprep.motion.positions import DEFAULT_SETTINGS, PositionSettings, centres, position_clip, read_positions
 from simprep.motion.store import SCHEMA as MOTION_SCHEMA
 
 
@@ -76,12 +76,10 @@ def import_pair(
             return _pair(a, b, results, ())
         clips, notes = (_clip(a, joint_map, settings), _clip(b, joint_map, settings)), ()
         _check_together(*clips)
-    # joint positions come with our own names
-    maps = [None if clip.format == "joint positions" else joint_map for clip in clips]
     character = bodies or (None, None)
-    first = retarget_clip(clips[0], fps, up, scale, maps[0], character[0], keep_travel=True)
+    first = retarget_clip(clips[0], fps, up, scale, joint_map, character[0], keep_travel=True)
     up, scale = first.report.up, first.report.scale
-    second = retarget_clip(clips[1], fps, up, scale, maps[1], character[1], keep_travel=True)
+    second = retarget_clip(clips[1], fps, up, scale, joint_map, character[1], keep_travel=True)
     return _pair(a, b, (first, second), notes)
 
 

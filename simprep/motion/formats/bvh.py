@@ -11,10 +11,11 @@ import numpy as np
 
 from simprep.arrays import FloatArray
 from simprep.errors import MotionFileError
-from simprep.motion.formats.format import Format, Glimpse, ReadOptions
+from simprep.motion.formats.format import Format, Glimpse, ReadMotion, ReadOptions
 from simprep.motion.formats.numbers import Decimals, decimal_notes, number, numbers
 from simprep.motion.formats.skeleton import SourceClip, check_size, forward, tidy_fps
 from simprep.motion.formats.text import MAX_NAME, Comments, lines_of, open_text
+from simprep.motion.motion import Motion
 from simprep.motion.rotations import axis_rotation
 
 MAX_JOINTS = 2000
@@ -274,8 +275,17 @@ def _recognise(seen: Glimpse) -> str | None:
     return "BVH" if first[0].upper() == "HIERARCHY" else None
 
 
-def _read_format(path: Path, options: ReadOptions) -> SourceClip:
-    return read_bvh(path)
+def _read_format(path: Path, options: ReadOptions) -> SourceClip | ReadMotion:
+    from simprep.motion.formats.own_skeleton import own_motion
+
+    clip = read_bvh(path)
+    return own_motion(clip, options.character) or clip
 
 
-FORMAT = Format("bvh", "BVH", (".bvh",), _recognise, _read_format)
+def _write(motion: Motion, path: Path) -> tuple[str, ...]:
+    from simprep.motion.formats.bvh_write import write_bvh
+
+    return write_bvh(motion, path)
+
+
+FORMAT = Format("bvh", "BVH", (".bvh",), _recognise, _read_format, _write)

@@ -2,8 +2,8 @@
 
 from collections.abc import Collection
 
-NOT_YET = "it cannot be converted yet; valid: .npz of simprep, .bvh, .amc with its .asf, DeepMimic .txt or .json"
 ROBOT = "valid: all keys of its format, and `simprep import` with the robot as character"
+SMPL = "`simprep import` and simprep.load_motion read it, if it has all joints and their place (poses, trans)"
 _POSES = {"poses", "pose_body", "body_pose", "root_orient", "global_orient", "smpl_poses"}
 _TRANSLATIONS = {"trans", "transl", "smpl_trans"}
 
@@ -12,7 +12,7 @@ def npz_kind(entries: Collection[str]) -> str | None:
     """Kind of an .npz whose entries have these names; None if unknown."""
     names = set(entries)
     if names & _POSES and names & (_TRANSLATIONS | {"betas"}):
-        return f"an AMASS/SMPL motion ({_shown(names & (_POSES | _TRANSLATIONS | {'betas'}))}): {NOT_YET}"
+        return f"an AMASS/SMPL motion ({_shown(names & (_POSES | _TRANSLATIONS | {'betas'}))}): {SMPL}"
     if "betas" in names:
         return "an AMASS/SMPL body shape without a motion; valid: a motion file"
     if {"joint_pos", "body_pos_w"} <= names:

@@ -1,6 +1,6 @@
 """What a motion file format is: a name, its extensions, how it is recognised, read and written."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -39,6 +39,7 @@ class ReadOptions:
     Attributes:
         character: whose joint angles a file of joint angles holds, unless the file says so; who moves.
         file_fps: frame rate of the file, for formats that do not state it; None for the format's usual one [1/s].
+        joint_map: our parts to the file's names, for formats of points; None for names that are recognised.
         body_model: file of a body model with the shape of the person (SMPL family); None for a mean body.
         clip: which clip of a file with several; None if there is only one.
     """
@@ -46,6 +47,7 @@ class ReadOptions:
     character: Character = humanoid()
     file_fps: float | None = None
     body_model: Path | None = None
+    joint_map: Mapping[str, str] | None = None
     clip: str | None = None
 
 

@@ -9,12 +9,15 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from simprep.errors import MotionFileError, UnknownNameError
-from simprep.motion.formats import acclaim, bvh, deepmimic, own, robot
+from simprep.motion.formats import acclaim, bvh, c3d, csv_angles, deepmimic, opensim, own, points_npz, robot, smpl, trc
 from simprep.motion.formats.foreign import npz_kind
 from simprep.motion.formats.format import Format, Glimpse
 from simprep.motion.formats.text import HEAD_BYTES, encoding_of
 
-FORMATS: tuple[Format, ...] = (own.FORMAT, bvh.FORMAT, acclaim.FORMAT, deepmimic.FORMAT, *robot.FORMATS)
+FORMATS: tuple[Format, ...] = (
+    *(one.FORMAT for one in (own, bvh, acclaim, deepmimic, smpl, trc, c3d, opensim, csv_angles, points_npz)),
+    *robot.FORMATS,
+)
 """All formats. Of several that recognise a file, and share its extension or its lack, the first one wins."""
 
 

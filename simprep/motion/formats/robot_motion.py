@@ -1,6 +1,5 @@
 """From a robot's clip as its file has it to a Motion of a character: columns by their order, contacts found, all reported."""
 
-
 import numpy as np
 
 from simprep.arrays import FloatArray

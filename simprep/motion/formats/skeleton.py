@@ -20,7 +20,7 @@ class SourceClip:
 
     Attributes:
         path: the file.
-        format: `BVH`, `Acclaim` or `DeepMimic`.
+        format: its title, such as `BVH`.
         names: J joint names; end sites are called `<parent>_end`.
         parents: (J,) index of each joint's parent, -1 for the root; a parent precedes its children.
         positions: (T, J, 3) joint positions in the world [file unit].
@@ -32,6 +32,7 @@ class SourceClip:
         up: vertical axis (`x`, `y` or `z`) where the format says so, else None.
         step: (3,) root displacement over one cycle of a loop [file unit]; None for a clip that does not repeat.
         notes: the reader's decisions, for the report.
+        by_part: whether the reader has called the joints by our parts, so that no joint map applies to them.
     """
 
     path: Path
@@ -47,6 +48,7 @@ class SourceClip:
     up: str | None = None
     step: FloatArray | None = None
     notes: tuple[str, ...] = ()
+    by_part: bool = False
 
 
 def check_size(path: Path, frames: int, joints: int, file_bytes: int | None = None) -> None:

@@ -314,4 +314,5 @@ def _assemble(recording: Recording, at: dict[str, FloatArray], fps: float, notes
         np.tile(np.eye(3), (len(names), 1, 1)),
         fps,
         notes=tuple(notes),
+        by_part=True,
     )
