@@ -1,5 +1,7 @@
 """Could the floor produce the motion: support, zero moment point, margin of stability; and does its time run true."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from simprep.arrays import FloatArray
@@ -141,7 +143,7 @@ def _cadence(subject: Subject) -> Finding:
     )
     gaps = [
         (later - earlier) / subject.fps
-        for (earlier, one), (later, other) in zip(falls[:-1], falls[1:], strict=True)
+        for (earlier, one), (later, other) in pairwise(falls)
         if one != other and np.linalg.norm(com[later] - com[earlier]) > STEP_LEGS * leg
     ]
     if len(gaps) < FEWEST_STEPS or flights(subject):

@@ -54,9 +54,8 @@ def collisions(subject: Subject) -> tuple[Finding, Finding]:
                 if depth > floor.max():
                     floor_part = _body_of(model, second if owner[first] == WORLD else first)
                 floor[frame] = max(floor[frame], depth)
-            elif (first, second) not in ignored:
-                if depth > own[frame]:
-                    own[frame], parts[frame] = depth, (first, second)
+            elif (first, second) not in ignored and depth > own[frame]:
+                own[frame], parts[frame] = depth, (first, second)
     held = minimum_filter1d(own, max(1, round(HELD_S * subject.fps)), mode="nearest")
     at = int(np.argmax(held))
     own_part = " and ".join(_body_of(model, geom) for geom in parts.get(at, ()))

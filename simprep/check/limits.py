@@ -54,11 +54,9 @@ def joint_velocity(subject: Subject) -> Finding:
 
 def velocity_limits(subject: Subject) -> tuple[FloatArray, bool]:
     """Largest velocity of each joint (J,) [rad/s], and whether the character states it."""
-    stated = getattr(subject.character, "velocity_limits", None)
-    joints = len(subject.character.joints)
-    if stated is None:
-        return np.full(joints, USUAL_VELOCITY), False
-    limits = np.asarray(stated, dtype=np.float64)
+    limits = np.asarray(getattr(subject.character, "velocity_limits", ()), dtype=np.float64)
+    if not len(limits):
+        return np.full(len(subject.character.joints), USUAL_VELOCITY), False
     return np.where(np.isfinite(limits) & (limits > 0), limits, USUAL_VELOCITY), True
 
 

@@ -48,6 +48,9 @@ class Import(BaseCommand):
     body_model: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
     """SMPL body model (.npz) of yours, for the bones of AMASS files; default: those of a mean body."""
 
+    clip: Annotated[str | None, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = None
+    """Which clip of a file with several."""
+
     strict: bool = False
     """Make a doubtful result an error: a limb that points elsewhere than the file's though the body could (by more than
     5 deg in 5 % of the frames, or 15 deg in one), or that is out of its reach for long. Nothing is written then."""
@@ -64,7 +67,7 @@ class Import(BaseCommand):
         file = find_archive(self.file, "simprep motion", SCHEMA)
         character = character_of_name(self.character or "humanoid")
         result = import_motion(
-            file, self.fps, self.up, self.scale, self.joint_map, character, self.file_fps, self.body_model
+            file, self.fps, self.up, self.scale, self.joint_map, character, self.file_fps, self.body_model, self.clip
         )
         if self.character and result.motion.character.name != character.name:
             raise MotionFileError(
