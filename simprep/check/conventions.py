@@ -202,11 +202,7 @@ def conventions(subject: Subject) -> tuple[Finding, ...]:
         names = " or ".join(name for name in same if READINGS[name][0] == check)
         verdict = PASS if check not in guilty else FAIL if gain > FAIL_GAIN else WARN
         note = (
-            f"looks like: {names} (error {as_is.total:.1f}, so read {tried[best].total:.1f})"
-            if check in guilty
-            else "no other reading is far better"
+            f"looks like: {names} (error {as_is.total:.1f}, so read {tried[best].total:.1f})" if check in guilty else ""
         )
-        out.append(
-            Finding(check, verdict, max(0.0, max(gains)), "units of error saved", WARN_GAIN, FAIL_GAIN, note=note)
-        )
+        out.append(Finding(check, verdict, max(0.0, max(gains)), "units of error", WARN_GAIN, FAIL_GAIN, note=note))
     return tuple(out)

@@ -62,12 +62,12 @@ def support(subject: Subject) -> tuple[Finding, Finding, Finding]:
     others_note = "" if feet_only else "; means nothing here, as more than the feet bears load"
     moment = Finding(
         "zero moment point", INFO, 1e3 * float(np.percentile(known, 75)) if len(known) else None, "mm",
-        note=f"75th percentile of its distance outside the soles; inside {100 * (known <= 0).mean():.0f} % of the time"
+        note=f"75th percentile outside the soles; inside {100 * (known <= 0).mean():.0f} % of the time"
         + others_note if len(known) else "no frame in which a foot bears load",
     )  # fmt: skip
     mos = Finding(
         "margin of stability", INFO, float(np.percentile(margins, 5)) if len(margins) else None, "mm",
-        note="5th percentile; extrapolated COM (Hof 2005, pendulum as long as the COM is high) to the edge of the soles",
+        note="5th percentile of the extrapolated COM (Hof 2005) inside the soles",
     )  # fmt: skip
     if not feet_only:
         note = "not judged: more than the feet bears load"
@@ -75,7 +75,7 @@ def support(subject: Subject) -> tuple[Finding, Finding, Finding]:
     at = rows[int(np.argmax(share))] if len(rows) else 0
     supported = graded(
         "support", float(share.mean()) if len(share) else np.nan, "body weights", SUPPORT_WARN, SUPPORT_FAIL,
-        subject.frame(nearest[at]), "", "mean force that no floor contact could supply; the worst frame is named",
+        subject.frame(nearest[at]), "", "mean force that no floor contact could supply",
     )  # fmt: skip
     return supported, moment, mos
 

@@ -1,10 +1,12 @@
 """Can the body follow the motion: `mpc` tracks it with the joint motors alone, within the character's own limits."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from simprep.check.finding import FAIL, Finding, graded
 from simprep.metrics.evaluate import evaluate_run
+from simprep.motion.edit import repeat
 from simprep.motion.motion import Motion
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.run import DONE, Run
@@ -13,6 +15,7 @@ from simprep.physics.simulate import track
 
 MPJPE_WARN_MM = 100.0
 """Mean error of the pose from which the body does something else than the motion."""
+LOOP_S = 6.0
 CHECK = "followed by mpc"
 
 
@@ -37,7 +40,7 @@ def follow(
     """Track a motion with `mpc` and judge the result.
 
     Args:
-        motion: of at least two frames; of a loop, one cycle.
+        motion: of at least two frames; a loop is followed for `LOOP_S` at least.
         seed: of the controller.
         preset: how much it computes, of `MPC_PRESETS`.
         progress: told the share that is done.
@@ -45,7 +48,9 @@ def follow(
     Raises:
         SimprepError: the motion or the character cannot be simulated.
     """
-    run = track(replace(motion, loop=False), "mpc", seed, SimulationSettings(mpc=MPC_PRESETS[preset]), progress)
+    if motion.loop:
+        motion = replace(repeat(motion, max(1, math.ceil(LOOP_S / motion.duration))), loop=False)
+    run = track(motion, "mpc", seed, SimulationSettings(mpc=MPC_PRESETS[preset]), progress)
     metrics = evaluate_run(run)
     mpjpe = metrics["mpjpe_mm"]
     done = run.end == DONE and bool(metrics["success"])

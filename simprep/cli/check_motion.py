@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import tyro
 
+from simprep import __version__
 from simprep.cli import output as output_module
 from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet
 from simprep.errors import MotionFileError, SettingError
@@ -163,7 +164,7 @@ class CheckMotion(BaseCommand):
         records = self.records or folder / RECORDS
         settings = {
             "character": self._character().digest, "file_fps": self.file_fps, "track": not self.no_track,
-            "preset": self.preset, "seed": self.seed,
+            "preset": self.preset, "seed": self.seed, "simprep": __version__,
         }  # fmt: skip
         table = Table()
         for heading in ("file", "decision", "raised", "why"):
@@ -219,19 +220,14 @@ def _table(checked: "MotionCheck") -> Any:
     from rich.table import Table
 
     table = Table()
-    for heading, justify in (
-        ("", "left"),
-        ("check", "left"),
-        ("value", "right"),
-        ("unit", "left"),
-        ("warn / fail above", "right"),
-    ):
-        table.add_column(heading, justify=justify)  # type: ignore[arg-type]
-    table.add_column("where")
-    table.add_column("note")
+    table.add_column("")
+    table.add_column("check", no_wrap=True)
+    table.add_column("value", justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    table.add_column("warn / fail above", justify="right")
+    table.add_column("where and what")
     for one in checked.findings:
         value = "-" if one.value is None else f"{one.value:.3g}"
-        table.add_row(
-            one.verdict, one.check, value, one.unit, one.thresholds, one.where, one.note, style=_STYLES[one.verdict]
-        )
+        about = "; ".join(text for text in (one.where, one.note) if text) if one.verdict != "pass" else one.note
+        table.add_row(one.verdict, one.check, value, one.unit, one.thresholds, about, style=_STYLES[one.verdict])
     return table
