@@ -10,9 +10,9 @@ import numpy as np
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import ROLES, SIDES, Character
 from simprep.errors import MotionError
+from simprep.geoms import bearing_points
 from simprep.motion.closed_form import closed_form
 from simprep.motion.foot_stance import knee_offset
-from simprep.motion.kinematics import bearing_points
 from simprep.motion.targets import ORIENTED, Targets, unit
 
 LARGEST_STEP = 0.5
