@@ -23,7 +23,9 @@ FALL_WARN, FALL_FAIL = 2.5, 3.2
 LEAST_FALL, SLOW_FALL = 0.15, 0.5
 """Falling in flight, in g: the square of how much too fast time runs. Captured flights read 0.7 to 2.4, being short; a
 body that does not fall at all floats."""
-FLIGHT_M, FLIGHT_S = 0.02, 0.08
+FLIGHT_M, FLIGHT_S, HOP_M = 0.02, 0.08, 0.03
+SLOW_FLIGHT_S = 0.3
+"""Flights are real if the body leaves the floor by `HOP_M`; slow ones, if they last besides."""
 PULL_SHARE = 0.35
 """Largest share of time in which captured motions accelerate downwards faster than gravity, by noise."""
 STEP_LEGS, FEWEST_STEPS, SHORTEST_STANCE_S = 0.25, 3, 0.05
@@ -107,7 +109,8 @@ def _fall(subject: Subject) -> Finding:
             name, WARN, fall if rates else None, unit, FALL_WARN, FALL_FAIL, at, "whole body",
             f"{said}, which only the floor could do: the true frame rate may be lower",
         )  # fmt: skip
-    if LEAST_FALL < fall < SLOW_FALL:
+    longest = max((after - first for first, after in flights(subject)), default=0) / subject.fps
+    if LEAST_FALL < fall < SLOW_FALL and longest > SLOW_FLIGHT_S:
         true = subject.fps / np.sqrt(fall)
         return Finding(
             name, WARN, fall, unit, FALL_WARN, FALL_FAIL, at, "flights",
@@ -122,7 +125,10 @@ def flights(subject: Subject) -> list[tuple[int, int]]:
     return [
         (first, after)
         for first, after in stances(subject.clearance > FLIGHT_M)
-        if after - first >= max(4, FLIGHT_S * subject.fps) and first > 0 and after < len(subject.clearance)
+        if after - first >= max(4, FLIGHT_S * subject.fps)
+        and first > 0
+        and after < len(subject.clearance)
+        and subject.clearance[first:after].max() > HOP_M
     ]
 
 

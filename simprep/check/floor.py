@@ -17,10 +17,11 @@ from simprep.check.subject import Subject
 from simprep.motion.contacts import stances
 from simprep.motion.set_down import set_down
 from simprep.physics.bodies import WORLD, geom_owners, scene_bodies
-from simprep.scene import SceneSettings, build_scene
+from simprep.scene import SceneSettings, scene_spec
 
 PENETRATION_WARN_MM, PENETRATION_FAIL_MM = 10.0, 20.0
-FLOAT_WARN_MM, FLOAT_FAIL_MM = 20.0, 40.0
+FLOAT_WARN_MM, FLOAT_FAIL_MM = 30.0, 45.0
+"""Contact is known within 2 cm and penetration within 1: what is farther apart does not touch."""
 SKATE_WARN_MM, SKATE_FAIL_MM = 50.0, 100.0
 """Within half a second: 0.1 and 0.2 m/s. Feet of captured people slide up to 45 mm where they turn or shuffle."""
 SKATE_WINDOW_S = 0.5
@@ -32,6 +33,8 @@ FOOTING_WARN_MPS, FOOTING_FAIL_MPS = 0.3, 0.6
 FOOTING_NEAR_M = 0.02
 SELF_WARN_MM, SELF_FAIL_MM = 50.0, 80.0
 """Limbs of captured people that brush each other are in each other for a moment on any model: what lasts is a fault."""
+NEIGHBOURS = 2
+_SELF_BIT = 2**20
 HELD_S = 0.2
 """Time that an overlap of the body with itself must last [s]."""
 
@@ -74,14 +77,39 @@ def collisions(subject: Subject) -> tuple[Finding, Finding]:
 
 @lru_cache(maxsize=4)
 def _scene(character: Character) -> tuple[mujoco.MjModel, IndexArray, frozenset[tuple[int, int]]]:
-    """The body over a floor, the owner of each geom, and pairs of geoms that overlap in the reference pose."""
-    model = build_scene(SceneSettings((character,)))
+    """The body over a floor, the owner of each geom, and pairs of geoms whose contact means nothing.
+
+    A model that lists the pairs that collide knows best. In any other, all geoms collide but those of segments that are
+    at most two joints apart, and those that overlap in the reference pose.
+    """
+    spec = scene_spec(SceneSettings((character,)))
+    listed = len(spec.pairs) > 0
+    if not listed:
+        for geom in spec.geoms:
+            if geom.contype and geom.parent.name != "world":
+                geom.contype, geom.conaffinity = geom.contype | _SELF_BIT, geom.conaffinity | _SELF_BIT
+    model = spec.compile()
     owner = geom_owners(model, scene_bodies(model, (character,)))[0]
+    own = [] if listed else np.flatnonzero((owner != WORLD) & (model.geom_contype > 0)).tolist()
+    near = {(a, b) for a in own for b in own if _joints_apart(model, a, b) <= NEIGHBOURS}
     data = mujoco.MjData(model)
     data.qpos[:] = character.standing_qpos
     mujoco.mj_kinematics(model, data)
     mujoco.mj_collision(model, data)
-    return model, owner, frozenset((int(a), int(b)) for a, b in data.contact.geom[: data.ncon])
+    return model, owner, frozenset(near | {(int(a), int(b)) for a, b in data.contact.geom[: data.ncon]})
+
+
+def _joints_apart(model: mujoco.MjModel, first: int, second: int) -> int:
+    """Number of segments on the way from one geom to another, up to the common one and down again."""
+    ways = []
+    for geom in (first, second):
+        body, way = int(model.geom_bodyid[geom]), []
+        while body > 0:
+            way.append(body)
+            body = int(model.body_parentid[body])
+        ways.append(way)
+    common = set(ways[0]) & set(ways[1])
+    return sum(len([body for body in way if body not in common]) for way in ways)
 
 
 def _body_of(model: mujoco.MjModel, geom: int) -> str:
