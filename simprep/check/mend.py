@@ -6,8 +6,9 @@ import numpy as np
 from scipy.ndimage import median_filter
 
 from simprep.arrays import BoolArray, FloatArray
-from simprep.character import SIDES
-from simprep.check.limits import velocity_limits
+from simprep.character import SIDES, Character
+from simprep.check.limits import joint_velocity, velocity_limits
+from simprep.check.soles import hold_soles
 from simprep.check.subject import STANDING, subject
 from simprep.errors import SimprepError
 from simprep.motion.contacts import detect_contacts, stances
@@ -15,7 +16,6 @@ from simprep.motion.kinematics import body_clearance, forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.set_down import set_down
 from simprep.physics.reference import lift_offset
-from simprep.preparation.planting import plant_feet
 
 SPIKE_FRAMES = 5
 """A spike is out of the median of so many frames, and back within them."""
@@ -116,20 +116,34 @@ def _on_floor(qpos: FloatArray, motion: Motion) -> tuple[FloatArray, list[str]]:
 
 
 def _still_soles(qpos: FloatArray, motion: Motion) -> tuple[FloatArray, list[str]]:
-    """Standing feet held in place by leg inverse kinematics."""
+    """Standing feet held in place, unless that takes more than the legs can."""
     standing = motion.contacts & detect_contacts(qpos, motion.fps, motion.character, STANDING)
-    points = forward_kinematics(qpos, motion.character).foot_points[..., :2]
-    slid = 0.0
-    for side in range(len(SIDES)):
-        for first, after in stances(standing[:, side]):
-            slid = max(slid, float(np.linalg.norm(points[after - 1, side] - points[first, side], axis=-1).min()))
+    slid = _slid(qpos, standing, motion.character)
     if slid <= SLIDE_M:
         return qpos, []
     try:
-        planted = plant_feet(qpos, None, standing, np.ones(len(qpos)), np.zeros(2), motion.fps, motion.character)
+        held = hold_soles(qpos, standing, motion.fps, motion.character)
     except SimprepError as error:
         return qpos, [f"soles: left as they are ({error})"]
-    return planted.qpos, [
-        f"soles: standing feet, which slid by up to {1e3 * slid:.0f} mm, held in place; pelvis lowered by up to "
-        f"{1e3 * planted.pelvis_drop.max():.0f} mm"
+    before, after = (
+        joint_velocity(subject(replace(motion, qpos=poses))).value or 0.0 for poses in (qpos, held.qpos)
+    )
+    if after > max(1.0, before):
+        return qpos, [
+            f"soles: left as they are, sliding by up to {1e3 * slid:.0f} mm: to hold them a joint would move at "
+            f"{after:.1f} times its limit"
+        ]
+    return held.qpos, [
+        f"soles: standing feet, which slid by up to {1e3 * slid:.0f} mm, held in place within {1e3 * held.missed_m:.0f} mm"
     ]
+
+
+def _slid(qpos: FloatArray, standing: BoolArray, character: Character) -> float:
+    """Farthest that the stillest point of a sole moves over a stance [m]."""
+    points = forward_kinematics(qpos, character).foot_points[..., :2]
+    ways = [
+        float(np.linalg.norm(points[after - 1, side] - points[first, side], axis=-1).min())
+        for side in range(len(SIDES))
+        for first, after in stances(standing[:, side])
+    ]
+    return max(ways, default=0.0)

@@ -127,7 +127,7 @@ def import_motion(
     model = None if body_model is None else Path(body_model)
     content, recognised = read_file(path, ReadOptions(character, file_fps, model, joint_map, clip))
     if isinstance(content, ReadMotion):
-        result = _as_it_is(content, fps)
+        result = as_it_is(content, fps)
     else:
         result = retarget_clip(content, fps, up, scale, joint_map, character)
     return replace(result, report=replace(result.report, recognised=recognised))
@@ -225,7 +225,8 @@ def read_source(path: Path) -> SourceClip:
     return content
 
 
-def _as_it_is(content: ReadMotion, fps: float | None) -> ImportResult:
+def as_it_is(content: ReadMotion, fps: float | None) -> ImportResult:
+    """A motion of ours as the result of an import, at another frame rate if one is given [1/s]."""
     from simprep.motion.edit import resample
 
     motion = content.motion

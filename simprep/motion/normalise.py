@@ -118,11 +118,15 @@ def normalise(
     _check_travel(clip, joints)
     wanted = fps or clip.fps
     if fps is None and clip.fps > WORKING_FPS * 1.001:
-        # an integer fraction of the file's rate keeps original frames
-        wanted = clip.fps / np.ceil(clip.fps / WORKING_FPS - 1e-3)
+        wanted = working_rate(clip.fps)
         warnings.append(f"frame rate reduced from {clip.fps:g} to {wanted:g} 1/s (--fps chooses another)")
     clip, stride = _resample(clip, joints, wanted)
     return Normalised(clip, reference, up, scale, tuple(warnings), stride)
+
+
+def working_rate(fps: float) -> float:
+    """Rate of the result by default: at most `WORKING_FPS`, an integer fraction of the file's, which keeps its frames [1/s]."""
+    return fps / max(1.0, float(np.ceil(fps / WORKING_FPS - 1e-3)))
 
 
 def _check_travel(clip: SourceClip, joints: JointMap) -> None:

@@ -1,5 +1,6 @@
 """C3D files (c3d.org): points over time, binary; through `ezc3d`, which is an extra."""
 
+import tempfile
 from pathlib import Path
 from typing import Any
 
@@ -75,7 +76,10 @@ def write_c3d(motion: Motion, path: Path) -> tuple[str, ...]:
     homogeneous = np.ones((4, len(names), len(motion)))
     homogeneous[:3] = positions.transpose(2, 1, 0) * MM
     content["data"]["points"] = homogeneous
-    content.write(str(path))
+    with tempfile.TemporaryDirectory() as folder:  # the library adds the extension where it lacks
+        file = Path(folder) / "a.c3d"
+        content.write(str(file))
+        path.write_bytes(file.read_bytes())
     return lost(motion)
 
 

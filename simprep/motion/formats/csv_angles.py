@@ -93,6 +93,8 @@ def _table(path: Path) -> tuple[list[str], FloatArray, list[str]]:
         if double is not None:
             raise MotionFileError(path, f"two columns called {double[:40]!r}", line)
         rest = stream.read()
+    if not rest.strip():
+        raise MotionFileError(path, "no frames", line)
     try:
         table = np.loadtxt(StringIO(rest), delimiter=delimiter, ndmin=2, dtype=np.float64, comments="#")
     except ValueError:

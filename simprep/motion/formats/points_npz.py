@@ -9,7 +9,7 @@ from simprep.motion.positions import position_clip, read_positions
 
 
 def _recognise(seen: Glimpse) -> str | None:
-    return "joint positions (.npz)" if {"positions", "joint_names", "fps"} <= seen.entries else None
+    return "joint positions (.npz)" if {"positions", "joint_names"} <= seen.entries else None
 
 
 def _read(path: Path, options: ReadOptions) -> SourceClip:

@@ -8,14 +8,31 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 
+from simprep.archive import open_arrays
 from simprep.errors import MotionFileError, UnknownNameError
-from simprep.motion.formats import acclaim, bvh, c3d, csv_angles, deepmimic, opensim, own, points_npz, robot, smpl, trc
+from simprep.motion.formats import (
+    acclaim,
+    bvh,
+    c3d,
+    csv_angles,
+    deepmimic,
+    interhuman,
+    opensim,
+    own,
+    points_npz,
+    robot,
+    smpl,
+    trc,
+)
 from simprep.motion.formats.foreign import npz_kind
 from simprep.motion.formats.format import Format, Glimpse
 from simprep.motion.formats.text import HEAD_BYTES, encoding_of
 
 FORMATS: tuple[Format, ...] = (
-    *(one.FORMAT for one in (own, bvh, acclaim, deepmimic, smpl, trc, c3d, opensim, csv_angles, points_npz)),
+    *(
+        module.FORMAT
+        for module in (own, bvh, acclaim, deepmimic, smpl, interhuman, trc, c3d, opensim, csv_angles, points_npz)
+    ),
     *robot.FORMATS,
 )
 """All formats. Of several that recognise a file, and share its extension or its lack, the first one wins."""
@@ -62,7 +79,8 @@ def recognise(path: Path) -> tuple[Format, str]:
         )
         return form, what + named
     if seen.entries and (kind := npz_kind(seen.entries)):
-        raise MotionFileError(path, kind)
+        with open_arrays(path, "motion file"):  # which refuses a damaged one
+            raise MotionFileError(path, kind)
     # not what its extension says: the reader of that format says what is wrong
     for form in FORMATS:
         if form.read is not None and seen.suffix in form.suffixes:

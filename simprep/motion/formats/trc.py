@@ -37,7 +37,7 @@ def read_trc(path: Path) -> PointFile:
         line = 0
         for line, text in lines:
             fields = text.rstrip("\r\n").split("\t") if "\t" in text else text.split()
-            key = fields[0].strip()
+            key = fields[0].strip() if fields else ""
             if line == 1 and not key.startswith("PathFileType"):
                 raise MotionFileError(path, f"begins with {key[:40]!r}; valid: PathFileType", line)
             if key == "DataRate":
