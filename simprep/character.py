@@ -151,7 +151,7 @@ class Character:
     @cached_property
     def digest(self) -> str:
         """Twelve hexadecimal digits that change with the model or its description."""
-        about = [
+        about: list[object] = [
             self.name, dict(self.roles), self.soles, self.upper, self.lower, dict(self.groups), dict(self.mirror),
             dict(self.anatomy), self.balancing, self.fused, self.fused_segments, self.height_m, self.mass_kg,
         ]  # fmt: skip
@@ -319,6 +319,13 @@ class Character:
         if (self.model.geom_type[ids] != mujoco.mjtGeom.mjGEOM_SPHERE).any():
             raise SettingError(f"character {self.name!r}: soles {', '.join(sum(self.soles, ()))}; valid: spheres")
         return ids
+
+    @cached_property
+    def reference_axes(self) -> FloatArray:
+        """Axes of the joints in the reference pose (joints, 3)."""
+        data = mujoco.MjData(self.model)
+        mujoco.mj_kinematics(self.model, data)
+        return np.array(data.xaxis[1:])
 
     @cached_property
     def mirror_map(self) -> tuple[IndexArray, FloatArray]:

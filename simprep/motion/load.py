@@ -188,9 +188,10 @@ def retarget_clip(
             raise MotionFileError(
                 path, f"the person's {error}; another length unit can be given with --scale"
             ) from None
-    targets = build_targets(source, joints, character, keep_travel)
+    body = character.skeleton
+    targets = build_targets(source, joints, body, keep_travel)
     try:
-        placed = place_on_floor(targets, character)
+        placed = place_on_floor(targets, body)
     except MotionError as error:
         raise MotionFileError(path, str(error)) from None
     motion = Motion(
@@ -202,7 +203,7 @@ def retarget_clip(
         loop=targets.step is not None,
         character=character,
     )
-    check = check_import(placed.qpos, placed.unsettled, targets.output(), character)
+    check = check_import(placed.qpos, placed.unsettled, targets.output(), body)
     notes = [*check.warnings, *source.warnings, *targets.warnings, *placed.warnings]
     if joints.unused:
         shown = ", ".join(joints.unused[:12]) + (", ..." if len(joints.unused) > 12 else "")
