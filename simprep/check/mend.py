@@ -125,9 +125,7 @@ def _still_soles(qpos: FloatArray, motion: Motion) -> tuple[FloatArray, list[str
         held = hold_soles(qpos, standing, motion.fps, motion.character)
     except SimprepError as error:
         return qpos, [f"soles: left as they are ({error})"]
-    before, after = (
-        joint_velocity(subject(replace(motion, qpos=poses))).value or 0.0 for poses in (qpos, held.qpos)
-    )
+    before, after = (joint_velocity(subject(replace(motion, qpos=poses))).value or 0.0 for poses in (qpos, held.qpos))
     if after > max(1.0, before):
         return qpos, [
             f"soles: left as they are, sliding by up to {1e3 * slid:.0f} mm: to hold them a joint would move at "

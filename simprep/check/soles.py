@@ -11,12 +11,15 @@ from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import axis_rotation, rotation_matrix
 from simprep.preparation.planting import plant_feet
 
-STEPS = 10
-DAMPING = 1e-6
+STEPS = 20
+LARGEST_STEP = 0.1
+DAMPING = 1e-3
 """Of the least squares, in m²: a straight leg stays where it is."""
 TURN_M = 0.1
 """An error of 1 rad of a foot weighs as much as this distance [m]."""
 DONE_M = 1e-5
+EXACT_M = 0.01
+"""The closed form fits a leg whose feet it misses by less [m]."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,10 @@ class HeldSoles:
 
 
 def hold_soles(qpos: FloatArray, standing: BoolArray, fps: float, character: Character) -> HeldSoles:
-    """Hold standing feet; between stances the correction fades (`simprep.preparation.planting`).
+    """Hold standing feet; between stances the correction fades.
+
+    Legs whose axes meet are solved in closed form, pelvis included (`simprep.preparation.planting`). For any others only
+    the corrections are taken from there, and the legs follow step by step.
 
     Args:
         qpos: (T, nq).
@@ -44,9 +50,11 @@ def hold_soles(qpos: FloatArray, standing: BoolArray, fps: float, character: Cha
     Raises:
         SimprepError: the character lacks legs.
     """
-    corrections = plant_feet(
-        qpos, None, standing, np.ones(len(qpos)), np.zeros(2), fps, character
-    ).corrections  # the angles found there are for legs whose axes meet
+    planted = plant_feet(qpos, None, standing, np.ones(len(qpos)), np.zeros(2), fps, character)
+    missed = float(planted.foot_error.max())
+    if missed < EXACT_M:
+        return HeldSoles(planted.qpos, missed)
+    corrections = planted.corrections
     corrections[..., 2] = 0.0  # heights are the floor's business
     before = forward_kinematics(qpos, character)
     out, missed = qpos.copy(), 0.0
@@ -63,7 +71,13 @@ def hold_soles(qpos: FloatArray, standing: BoolArray, fps: float, character: Cha
 
 
 def _reach(
-    character: Character, data: mujoco.MjData, pose: FloatArray, joints: IndexArray, body: int, goal: FloatArray, turn: FloatArray
+    character: Character,
+    data: mujoco.MjData,
+    pose: FloatArray,
+    joints: IndexArray,
+    body: int,
+    goal: FloatArray,
+    turn: FloatArray,
 ) -> float:
     """Bring a segment to a pose by damped least squares over some joints; `pose` changes. Gives what distance is left [m]."""
     model = character.model
@@ -85,5 +99,5 @@ def _reach(
         mujoco.mj_jacBody(model, data, jacobian[0], jacobian[1], body)
         columns = np.concatenate([jacobian[0], TURN_M * jacobian[1]])[:, 6 + joints]
         step = columns.T @ np.linalg.solve(columns @ columns.T + DAMPING * np.eye(6), error)
-        pose[7 + joints] = np.clip(pose[7 + joints] + step, low, high)
+        pose[7 + joints] = np.clip(pose[7 + joints] + np.clip(step, -LARGEST_STEP, LARGEST_STEP), low, high)
     return float(np.linalg.norm(goal - data.xpos[body]))

@@ -14,7 +14,7 @@ _PICKLE_HEADS = tuple(bytes([0x80, protocol]) for protocol in range(2, 6))
 
 
 def _is_csv(seen: Glimpse) -> str | None:
-    if seen.suffix in (".csv", ".txt", "") and is_headless_csv(seen.text):
+    if is_headless_csv(seen.text):
         return "robot CSV without header: root, quaternion xyzw, joint angles"
     return None
 
