@@ -124,7 +124,9 @@ class Limb:
         for hinge in range(4):
             axis = int(np.abs(self.axes[hinge]).argmax())
             if abs(self.axes[hinge, axis]) < UPRIGHT_AXIS:
-                direction, columns = _turned_about(self.axes[hinge], columns, cosine[..., hinge, :], sine[..., hinge, :])
+                direction, columns = _turned_about(
+                    self.axes[hinge], columns, cosine[..., hinge, :], sine[..., hinge, :]
+                )
                 yield direction, columns
                 continue
             sign = float(self.axes[hinge, axis])
