@@ -30,7 +30,8 @@ _PARENT_ROLE = {
 }  # fmt: skip
 
 
-def _parent_role(role: str) -> str:
+def parent_role(role: str) -> str:
+    """The role one nearer to the pelvis than another one (not the pelvis)."""
     side, _, part = role.partition("_")
     return _PARENT_ROLE[part if side in SIDES else role].replace("SIDE", side)
 
@@ -259,9 +260,9 @@ class Character:
         own = 1 + self.segment(role)
         above = 0
         if role != "pelvis":
-            parent = _parent_role(role)
+            parent = parent_role(role)
             while parent not in self.roles:
-                parent = _parent_role(parent)
+                parent = parent_role(parent)
             above = 1 + self.segment(parent)
         if self.model.body_parentid[own] == above:
             return np.array(self.model.body_pos[own])

@@ -102,7 +102,7 @@ class RobotDescription:
     mirror: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     drives: tuple[Drive, ...] = ()
     frequency_hz: float = 10.0
-    damping_ratio: float = 1.0
+    damping_ratio: float = 2.0
     own_gains: bool = True
     soles: Soles = field(default_factory=Soles)
     locked: tuple[str, ...] = ()
