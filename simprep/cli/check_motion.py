@@ -9,11 +9,10 @@ import tyro
 
 from simprep import __version__
 from simprep.cli import output as output_module
-from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet
+from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet, Robot
 from simprep.errors import MotionFileError, SettingError
 
 if TYPE_CHECKING:
-    from simprep.character import Character
     from simprep.check.motion_check import MotionCheck
     from simprep.motion.motion import Motion
 
@@ -30,14 +29,13 @@ class CheckMotion(BaseCommand):
     One line for each check: verdict, number, thresholds, where. Exit code 1 if a check fails. Of a folder, a table says
     which files to keep and which to drop; a second call goes on where the first one stopped.
 
-    Example: simprep check-motion dance.csv --character unitree_g1 --file-fps 30
+    Example: simprep check-motion dance.csv --robot unitree_g1 --file-fps 30
     """
 
     motion: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="MOTION", help_behavior_hint="")]
     """A motion file, a folder of them, or a motion of the library."""
 
-    character: Annotated[str | None, tyro.conf.arg(aliases=("--robot",), metavar="NAME", help_behavior_hint="")] = None
-    """Whose motion it is; default: the humanoid's. An .npz of simprep keeps its own."""
+    robot: Robot = None
 
     file_fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
     """Frames per second of the file, where its format does not state them."""
@@ -135,35 +133,32 @@ class CheckMotion(BaseCommand):
         return str(self.replay)
 
     def _read(self, text: str) -> "tuple[Motion, tuple[str, ...]]":
-        from simprep.library.user import find_entry
+        from simprep.cli.resolve import onto, resolve_motion, resolve_robot
+        from simprep.humanoid_model import humanoid
         from simprep.motion.load import import_motion
 
-        path = Path(text)
+        path, notes = Path(text), list[str]()
         if not path.suffix and len(path.parts) == 1 and not path.exists():
-            return find_entry(text).generate(), ()
-        result = import_motion(path, character=self._character(), file_fps=self.file_fps, clip=self.clip)
-        if self.character and result.motion.character.name != self._character().name:
-            raise MotionFileError(
-                path, f"a motion of {result.motion.character.name}, which cannot be moved onto {self.character}"
-            )
-        return result.motion, (result.report.recognised, *result.report.warnings)
-
-    def _character(self) -> "Character":
-        from simprep.characters import character_of_name
-
-        return character_of_name(self.character or "humanoid")
+            return resolve_motion(text, notes.append, None, self.robot), tuple(notes)
+        body = resolve_robot(self.robot)
+        result = import_motion(path, character=body or humanoid(), file_fps=self.file_fps, clip=self.clip)
+        notes += [result.report.recognised, *result.report.warnings]
+        motion = result.motion if body is None else onto(result.motion, body, notes.append).motion
+        return motion, tuple(notes)
 
     def _folder(self, folder: Path, output: Output) -> dict[str, Any]:
         from rich.table import Table
 
         from simprep.check.folder import KEEP, RECORDS, SCHEMA, check_folder
+        from simprep.cli.resolve import resolve_robot
         from simprep.report.results import provenance
 
         if self.fix or self.replay or self.clip:
             raise SettingError("--fix, --replay and --clip are for a single file")
         records = self.records or folder / RECORDS
+        body = resolve_robot(self.robot)
         settings = {
-            "character": self._character().digest, "file_fps": self.file_fps, "track": not self.no_track,
+            "robot": body.digest if body else None, "file_fps": self.file_fps, "track": not self.no_track,
             "preset": self.preset, "seed": self.seed, "simprep": __version__,
         }  # fmt: skip
         table = Table()

@@ -29,8 +29,8 @@ class Convert(BaseCommand):
     to: Annotated[str | None, tyro.conf.arg(metavar="FORMAT", help_behavior_hint="")] = None
     """Name of the format to write, where the extension does not tell it."""
 
-    character: Annotated[str | None, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = None
-    """Whose motion it becomes, humanoid or primitive_robot; default: the humanoid's."""
+    character: Annotated[str | None, tyro.conf.arg(aliases=("--robot",), metavar="NAME", help_behavior_hint="")] = None
+    """Whose motion it becomes: humanoid, or the name or file of a robot; default: the humanoid's."""
 
     fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
     """Frames per second of the result; default: the file's, at most 60 where it is retargeted."""

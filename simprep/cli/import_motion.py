@@ -67,7 +67,15 @@ class Import(BaseCommand):
         file = find_archive(self.file, "simprep motion", SCHEMA)
         body = resolve_robot(self.robot)
         result = import_motion(
-            file, self.fps, self.up, self.scale, self.joint_map, body or humanoid(), self.file_fps, self.body_model, self.clip
+            file,
+            self.fps,
+            self.up,
+            self.scale,
+            self.joint_map,
+            body or humanoid(),
+            self.file_fps,
+            self.body_model,
+            self.clip,
         )
         if body is not None and result.motion.character != body:
             result = onto(result.motion, body, lambda _: None)  # its report is shown below

@@ -162,9 +162,7 @@ def test_a_robot_csv_is_checked(tmp_path: Path, capsys: pytest.CaptureFixture[st
     robot = primitive_robot()
     motion = Motion(np.tile(robot.standing_qpos, (60, 1)), 60, np.ones((60, 2), dtype=bool), character=robot)
     write_unitree_csv(motion, tmp_path / "stand.csv")
-    code, content = run(
-        capsys, tmp_path / "stand.csv", "--character", "primitive_robot", "--file-fps", 60, "--no-track"
-    )
+    code, content = run(capsys, tmp_path / "stand.csv", "--robot", "primitive_robot", "--file-fps", 60, "--no-track")
     assert (code, content["raised"], content["fps"]) == (0, [], 60)
     assert any("xyzw" in note for note in content["notes"])
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Collection
 
-ROBOT = "valid: all keys of its format, and `simprep import` with the robot as character"
+ROBOT = "valid: all keys of its format, and `simprep import --robot`"
 SMPL = "`simprep import` and simprep.load_motion read it, if it has all joints and their place (poses, trans)"
 _POSES = {"poses", "pose_body", "body_pose", "root_orient", "global_orient", "smpl_poses"}
 _TRANSLATIONS = {"trans", "transl", "smpl_trans"}
