@@ -65,6 +65,7 @@ if TYPE_CHECKING:
     from simprep.preparation.prepare import prepare as prepare
     from simprep.preparation.scenario import scenario as scenario
     from simprep.preparation.settings import PreparationSettings as PreparationSettings
+    from simprep.robots.load import load_robot as load_robot
     from simprep.scene import SceneSettings as SceneSettings
 
 _EXPORTS = {
@@ -107,6 +108,7 @@ _EXPORTS = {
     "library_motion": "simprep.library.registry",
     "library_names": "simprep.library.registry",
     "load_motion": "simprep.motion.load",
+    "load_robot": "simprep.robots.load",
     "metrics_table": "simprep.metrics.metric",
     "prepare": "simprep.preparation.prepare",
     "random_kicks": "simprep.physics.pushes",

@@ -29,8 +29,8 @@ class Convert(BaseCommand):
     to: Annotated[str | None, tyro.conf.arg(metavar="FORMAT", help_behavior_hint="")] = None
     """Name of the format to write, where the extension does not tell it."""
 
-    character: Annotated[str | None, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = None
-    """Whose motion it becomes, humanoid or primitive_robot; default: the humanoid's."""
+    character: Annotated[str | None, tyro.conf.arg(aliases=("--robot",), metavar="NAME", help_behavior_hint="")] = None
+    """Whose motion it becomes: humanoid, or the name or file of a robot; default: the humanoid's."""
 
     fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
     """Frames per second of the result; default: the file's, at most 60 where it is retargeted."""
@@ -49,6 +49,9 @@ class Convert(BaseCommand):
 
     body_model: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
     """SMPL body model (.npz) of yours, for the bones of AMASS files; default: those of a mean body."""
+
+    clip: Annotated[str | None, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = None
+    """Which clip of a file with several."""
 
     strict: bool = False
     """Make a doubtful retargeting an error, as `simprep import` does. Nothing is written then."""
@@ -93,7 +96,7 @@ class Convert(BaseCommand):
                 motion = motion.resample(self.fps)
             return motion, {"recognised": "a motion of the library", "frames": len(motion), "fps": motion.fps}
         result = import_motion(
-            path, self.fps, self.up, self.scale, self.joint_map, character, self.file_fps, self.body_model
+            path, self.fps, self.up, self.scale, self.joint_map, character, self.file_fps, self.body_model, self.clip
         )
         if self.character and result.motion.character.name != character.name:
             raise MotionFileError(

@@ -80,6 +80,7 @@ def load_motion(
     character: Character = humanoid(),
     file_fps: float | None = None,
     body_model: str | Path | None = None,
+    clip: str | None = None,
 ) -> Motion:
     """Load a motion file and retarget it onto a character, its feet on the floor z = 0.
 
@@ -95,11 +96,12 @@ def load_motion(
         character: who moves (a file that states its character keeps it).
         file_fps: frame rate of the file, where its format does not state it [1/s].
         body_model: SMPL body model (.npz) for the bones of AMASS files; None for a mean body.
+        clip: which clip of a file with several; None if there is only one.
 
     Raises:
         SimprepError: the file or a setting cannot be used; the message says why and what is valid.
     """
-    result = import_motion(path, fps, up, scale, joint_map, character, file_fps, body_model)
+    result = import_motion(path, fps, up, scale, joint_map, character, file_fps, body_model, clip)
     if result.report.doubtful:
         warnings.warn(f"{path}: doubtful import: {result.report.warnings[0]}", stacklevel=2)
     return result.motion
@@ -114,6 +116,7 @@ def import_motion(
     character: Character = humanoid(),
     file_fps: float | None = None,
     body_model: str | Path | None = None,
+    clip: str | None = None,
 ) -> ImportResult:
     """Load a motion file with a report; arguments and errors as for `load_motion`."""
     path = find_archive(path, "simprep motion", SCHEMA)
@@ -122,7 +125,7 @@ def import_motion(
     if file_fps is not None and not MIN_FPS <= file_fps <= MAX_FPS:
         raise SettingError(f"frame rate of the file {file_fps} 1/s; valid: {MIN_FPS:g} to {MAX_FPS:g}")
     model = None if body_model is None else Path(body_model)
-    content, recognised = read_file(path, ReadOptions(character, file_fps, model, joint_map))
+    content, recognised = read_file(path, ReadOptions(character, file_fps, model, joint_map, clip))
     if isinstance(content, ReadMotion):
         result = as_it_is(content, fps)
     else:
@@ -188,11 +191,12 @@ def retarget_clip(
             raise MotionFileError(
                 path, f"the person's {error}; another length unit can be given with --scale"
             ) from None
-    targets = build_targets(source, joints, character, keep_travel)
+    body = character.skeleton
+    targets = build_targets(source, joints, body, keep_travel)
     rate, decided, up, scale = source.clip.fps / source.stride, source.warnings, source.up, source.scale
     del source
     try:
-        placed = place_on_floor(targets, character)
+        placed = place_on_floor(targets, body)
     except MotionError as error:
         raise MotionFileError(path, str(error)) from None
     motion = Motion(
@@ -204,7 +208,7 @@ def retarget_clip(
         loop=targets.step is not None,
         character=character,
     )
-    check = check_import(placed.qpos, placed.unsettled, targets.output(), character)
+    check = check_import(placed.qpos, placed.unsettled, targets.output(), body)
     notes = [*check.warnings, *decided, *targets.warnings, *placed.warnings]
     if joints.unused:
         shown = ", ".join(joints.unused[:12]) + (", ..." if len(joints.unused) > 12 else "")

@@ -12,7 +12,7 @@ import numpy as np
 
 from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.character import ROLES, SIDES, Character
-from simprep.motion.kinematics import bearing_points
+from simprep.geoms import bearing_points
 from simprep.motion.targets import ORIENTED
 
 PLACE = {role: slice(3 * number, 3 * number + 3) for number, role in enumerate(ROLES)}

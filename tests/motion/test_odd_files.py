@@ -274,7 +274,6 @@ SMPL = {"poses": (5, 156), "trans": (5, 3), "betas": (16,)}
         ({"body_pose": (5, 60), "global_orient": (5, 3), "transl": (5, 3)}, "'body_pose' has shape (5, 60)"),
         ({"betas": (16,), "gender": ()}, "an AMASS/SMPL body shape without a motion"),
         ({"fps": (1,), "joint_pos": (5, 29), "body_pos_w": (5, 30, 3)}, "BeyondMimic, mjlab or holosoma"),
-        ({"qpos": (5, 36), "fps": ()}, "holosoma or OmniRetarget"),
     ],
 )
 def test_npz_of_others_are_refused_by_name(tmp_path: Path, entries: dict[str, tuple[int, ...]], said: str) -> None:

@@ -41,12 +41,14 @@ class ReadOptions:
         file_fps: frame rate of the file, for formats that do not state it; None for the format's usual one [1/s].
         joint_map: our parts to the file's names, for formats of points; None for names that are recognised.
         body_model: file of a body model with the shape of the person (SMPL family); None for a mean body.
+        clip: which clip of a file with several; None if there is only one.
     """
 
     character: Character = humanoid()
     file_fps: float | None = None
     body_model: Path | None = None
     joint_map: Mapping[str, str] | None = None
+    clip: str | None = None
 
 
 DEFAULT_OPTIONS = ReadOptions()

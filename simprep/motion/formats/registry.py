@@ -20,6 +20,7 @@ from simprep.motion.formats import (
     opensim,
     own,
     points_npz,
+    robot,
     smpl,
     trc,
 )
@@ -27,9 +28,12 @@ from simprep.motion.formats.foreign import npz_kind
 from simprep.motion.formats.format import Format, Glimpse
 from simprep.motion.formats.text import HEAD_BYTES, encoding_of
 
-FORMATS: tuple[Format, ...] = tuple(
-    module.FORMAT
-    for module in (own, bvh, acclaim, deepmimic, smpl, interhuman, trc, c3d, opensim, csv_angles, points_npz)
+FORMATS: tuple[Format, ...] = (
+    *(
+        module.FORMAT
+        for module in (own, bvh, acclaim, deepmimic, smpl, interhuman, trc, c3d, opensim, csv_angles, points_npz)
+    ),
+    *robot.FORMATS,
 )
 """All formats. Of several that recognise a file, and share its extension or its lack, the first one wins."""
 
