@@ -36,7 +36,7 @@ class Convert(BaseCommand):
     """Frames per second of the result; default: the file's, at most 60 where it is retargeted."""
 
     file_fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
-    """Frames per second of A, where its format does not state them."""
+    """Frames per second of A, where it does not state them, or states wrong ones."""
 
     up: Literal["x", "y", "z"] | None = None
     """Vertical axis of A; default: found."""
