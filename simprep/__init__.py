@@ -42,6 +42,7 @@ if TYPE_CHECKING:
     from simprep.motion.load import ImportReport as ImportReport
     from simprep.motion.load import ImportResult as ImportResult
     from simprep.motion.load import import_motion as import_motion
+    from simprep.motion.export import export_motion as export_motion
     from simprep.motion.load import load_motion as load_motion
     from simprep.motion.motion import Motion as Motion
     from simprep.motion.store import read_motion as read_motion
@@ -100,6 +101,7 @@ _EXPORTS = {
     "begin_fight": "simprep.duel.fight.modes",
     "evaluate_motion": "simprep.metrics.evaluate",
     "evaluate_run": "simprep.metrics.evaluate",
+    "export_motion": "simprep.motion.export",
     "fight_model": "simprep.duel.fight.default_model",
     "humanoid": "simprep.humanoid_model",
     "import_motion": "simprep.motion.load",
