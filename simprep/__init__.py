@@ -39,10 +39,10 @@ if TYPE_CHECKING:
     from simprep.metrics.metric import Metric as Metric
     from simprep.metrics.metric import Metrics as Metrics
     from simprep.metrics.metric import metrics_table as metrics_table
+    from simprep.motion.export import export_motion as export_motion
     from simprep.motion.load import ImportReport as ImportReport
     from simprep.motion.load import ImportResult as ImportResult
     from simprep.motion.load import import_motion as import_motion
-    from simprep.motion.export import export_motion as export_motion
     from simprep.motion.load import load_motion as load_motion
     from simprep.motion.motion import Motion as Motion
     from simprep.motion.store import read_motion as read_motion
