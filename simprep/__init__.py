@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from simprep.metrics.metric import Metric as Metric
     from simprep.metrics.metric import Metrics as Metrics
     from simprep.metrics.metric import metrics_table as metrics_table
+    from simprep.motion.export import export_motion as export_motion
     from simprep.motion.load import ImportReport as ImportReport
     from simprep.motion.load import ImportResult as ImportResult
     from simprep.motion.load import import_motion as import_motion
@@ -101,6 +102,7 @@ _EXPORTS = {
     "begin_fight": "simprep.duel.fight.modes",
     "evaluate_motion": "simprep.metrics.evaluate",
     "evaluate_run": "simprep.metrics.evaluate",
+    "export_motion": "simprep.motion.export",
     "fight_model": "simprep.duel.fight.default_model",
     "humanoid": "simprep.humanoid_model",
     "import_motion": "simprep.motion.load",

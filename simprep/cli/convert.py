@@ -36,7 +36,7 @@ class Convert(BaseCommand):
     """Frames per second of the result; default: the file's, at most 60 where it is retargeted."""
 
     file_fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
-    """Frames per second of A, where its format does not state them."""
+    """Frames per second of A, where it does not state them, or states wrong ones."""
 
     up: Literal["x", "y", "z"] | None = None
     """Vertical axis of A; default: found."""
@@ -61,22 +61,17 @@ class Convert(BaseCommand):
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.characters import character_of_name
-        from simprep.files import atomic_path
+        from simprep.motion.export import export_motion
         from simprep.motion.formats.registry import format_to_write
 
         form = format_to_write(self.target, self.to)
-        assert form.write is not None
         if self.target.resolve() == Path(self.source).resolve():
             raise MotionFileError(self.target, "is the file to read; give another")
         character = character_of_name(self.character or "humanoid")
         motion, report = self._read(character)
         for warning in report.get("warnings", ()):
             output.warn(warning)
-        try:
-            with atomic_path(self.target) as temporary:
-                lost = form.write(motion, temporary)
-        except OSError as error:
-            raise MotionFileError(self.target, f"cannot be written ({error.strerror})") from None
+        lost = export_motion(motion, self.target, form)
         for note in lost:
             output.warn(f"{form.title}: {note}")
         output.say(

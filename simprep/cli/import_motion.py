@@ -42,7 +42,7 @@ class Import(BaseCommand):
     """JSON object {"our part": "joint of the file"} for joints that are not recognised by their names."""
 
     file_fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
-    """Frames per second of the file, where its format does not state them."""
+    """Frames per second of the file, where it does not state them, or states wrong ones."""
 
     body_model: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
     """SMPL body model (.npz) of yours, for the bones of AMASS files; default: those of a mean body."""

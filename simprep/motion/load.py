@@ -94,7 +94,7 @@ def load_motion(
         scale: metres per file unit; None to find it.
         joint_map: our parts to the file's joint names, or a JSON file with that; for foreign names.
         character: who moves (a file that states its character keeps it).
-        file_fps: frame rate of the file, where its format does not state it [1/s].
+        file_fps: frame rate of the file, where its format does not state it, or states a wrong one [1/s].
         body_model: SMPL body model (.npz) for the bones of AMASS files; None for a mean body.
         clip: which clip of a file with several; None if there is only one.
 
@@ -127,6 +127,10 @@ def import_motion(
     model = None if body_model is None else Path(body_model)
     content, recognised = read_file(path, ReadOptions(character, file_fps, model, joint_map, clip))
     if isinstance(content, ReadMotion):
+        if up is not None or scale is not None:
+            content = replace(
+                content, notes=(*content.notes, "taken as it is: vertical axis and scale are not applied")
+            )
         result = as_it_is(content, fps)
     else:
         clips = [content]
@@ -147,7 +151,18 @@ def read_file(path: Path, options: ReadOptions = DEFAULT_OPTIONS) -> tuple[Sourc
         raise MotionFileError(path, f"larger than {MAX_FILE_BYTES // 10**6} MB")
     form, recognised = recognise(path)
     assert form.read is not None
-    return form.read(path, options), recognised
+    return _at_rate(form.read(path, options), options.file_fps), recognised
+
+
+def _at_rate(content: SourceClip | ReadMotion, fps: float | None) -> SourceClip | ReadMotion:
+    """What was read at the frame rate that the user says the file has, whatever it states."""
+    stated = content.motion.fps if isinstance(content, ReadMotion) else content.fps
+    if fps is None or abs(fps - stated) < 1e-6 * fps:
+        return content
+    notes = (*content.notes, f"the file states {stated:g} frames/s; taken as {fps:g}, as asked for")
+    if isinstance(content, ReadMotion):
+        return replace(content, motion=replace(content.motion, fps=fps), notes=notes)
+    return replace(content, fps=fps, notes=notes)
 
 
 def retarget_clip(

@@ -78,3 +78,14 @@ def test_nothing_is_left_of_a_failed_write(tmp_path: Path, monkeypatch: pytest.M
     assert main(["convert", "walk", str(out)]) == 130
     assert [path.name for path in tmp_path.iterdir()] == ["b.trc"]
     assert out.read_text() == "before"
+
+
+def test_from_python(tmp_path: Path) -> None:
+    import simprep
+
+    walk = simprep.library_motion("walk")
+    lost = simprep.export_motion(walk, tmp_path / "a.dat", "csv")
+    assert any("loop" in note for note in lost)
+    assert np.abs(simprep.load_motion(tmp_path / "a.dat").qpos - walk.qpos).max() < 1e-6
+    with pytest.raises(simprep.UnknownNameError, match="extension of a file to write"):
+        simprep.export_motion(walk, tmp_path / "a.dat")

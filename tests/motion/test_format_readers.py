@@ -378,3 +378,16 @@ def test_a_bvh_of_another_extension(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     path.write_text(bvh_text(frames=12))
     assert import_motion(path).report.recognised == "BVH (by its content, though it is called .txt)"
+
+
+def test_a_wrong_frame_rate_is_corrected_on_demand(tmp_path: Path) -> None:
+    path = tmp_path / "a.bvh"
+    path.write_text(bvh_text(frames=12))
+    result = import_motion(path, file_fps=60)
+    assert (len(result.motion), result.motion.fps) == (12, 60)
+    assert "the file states 30 frames/s; taken as 60, as asked for" in result.report.warnings
+    table, _ = csv(tmp_path)
+    result = import_motion(table, file_fps=25, up="y")
+    assert result.motion.fps == 25
+    assert "the file states 50 frames/s; taken as 25, as asked for" in result.report.warnings
+    assert any("vertical axis and scale are not applied" in warning for warning in result.report.warnings)

@@ -27,7 +27,7 @@ def rate_of_times(path: Path, times: FloatArray | None, options: ReadOptions) ->
     Raises:
         MotionFileError: no rate, out of range, or times that are not even.
     """
-    if options.file_fps is not None:
+    if (times is None or len(times) < 2) and options.file_fps is not None:
         return options.file_fps
     if times is None or len(times) < 2:
         raise MotionFileError(path, "no frame rate: no column of times with two frames; give it with --file-fps")

@@ -132,9 +132,7 @@ def _rate(path: Path, entries: Mapping[str, Any], options: ReadOptions, rate: fl
     name = _first(entries, RATES)
     if rate is None and name is not None:
         rate = float(np.ravel(_numbers(path, name, entries[name]))[0])
-    if options.file_fps is not None:
-        if rate is not None and abs(rate - options.file_fps) > 1e-3 * rate:
-            notes.append(f"the file states {rate:g} frames/s; taken as {options.file_fps:g}, as asked for")
+    if rate is None and options.file_fps is not None:
         return options.file_fps
     if rate is None and set(entries) >= HANDS:
         notes.append(f"no frame rate stated: {INTER_X_FPS:g} frames/s, as Inter-X has with these entries")
