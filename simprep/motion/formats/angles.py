@@ -99,14 +99,14 @@ def motion_of_angles(
         title: of its format.
         fps: frame rate [1/s].
         root: (T, 7) position [m] and quaternion wxyz, z up; None if the file has none.
-        angles: (T,) of each joint [rad]; joints that are not given stay at 0.
+        angles: (T,) of each joint [rad]; joints that are not given stay as in the
+            reference pose.
         character: the body.
         notes: for the report.
     """
     notes = list(notes)
     count = len(next(iter(angles.values())))
     qpos = np.tile(character.standing_qpos, (count, 1))
-    qpos[:, 7:] = 0.0
     if root is None:
         notes.append("no columns of the root: it stays in the reference pose")
     else:
@@ -117,7 +117,9 @@ def motion_of_angles(
         qpos[:, :7] = root
     missing = [name for name in character.joints if name not in angles]
     if missing:
-        notes.append(f"{len(missing)} joints have no column and stay at 0: {shown_names(missing, 8)}")
+        notes.append(
+            f"{len(missing)} joints have no column and stay as in the reference pose: {shown_names(missing, 8)}"
+        )
     for name, values in angles.items():
         qpos[:, 7 + character.joint(name)] = values
     over = np.maximum(character.limits[:, 0] - qpos[:, 7:], qpos[:, 7:] - character.limits[:, 1]).max(axis=0)

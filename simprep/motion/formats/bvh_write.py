@@ -53,13 +53,14 @@ def _hierarchy(character: Character, qpos: FloatArray) -> tuple[FloatArray, str]
     above = parents(character)
     ends = tips(character)
     turns = TO_FILE @ turns_of_poses(qpos, character) @ TO_FILE.T
+    angles = qpos[:, 7:] - character.model.qpos0[7:]
     columns = [qpos[:, :3] @ TO_FILE.T * CM]
     lines = ["HIERARCHY"]
 
     def add(segment: int, depth: int) -> None:
         pad = "\t" * depth
         offset = place[segment] - place[above[segment]] if segment else np.zeros(3)
-        order, values = _channels(*hinges(character)[segment], qpos, turns[:, segment], segment == 0)
+        order, values = _channels(*hinges(character)[segment], angles, turns[:, segment], segment == 0)
         columns.append(np.degrees(values))
         root = "6 Xposition Yposition Zposition" if segment == 0 else "3"
         lines.extend(
@@ -86,7 +87,7 @@ def _numbers(vector: FloatArray) -> str:
 
 
 def _channels(
-    joints: tuple[int, ...], axes: FloatArray, qpos: FloatArray, turn: FloatArray, root: bool
+    joints: tuple[int, ...], axes: FloatArray, angles: FloatArray, turn: FloatArray, root: bool
 ) -> tuple[str, FloatArray]:
     """Axes of three rotation channels and their angles (T, 3) [rad]: the hinges' own where these are along the axes."""
     turned = axes @ TO_FILE.T
@@ -96,7 +97,7 @@ def _channels(
             warnings.simplefilter("ignore")  # a body that lies face down: two angles for one turn, any of them is right
             return "YXZ", Rotation.from_matrix(turn).as_euler("YXZ")
     order = [*along, *(axis for axis in range(3) if axis not in along)]
-    values = np.zeros((len(qpos), 3))
+    values = np.zeros((len(angles), 3))
     for column, (joint, axis) in enumerate(zip(joints, along)):
-        values[:, column] = qpos[:, 7 + joint] * np.sign(turned[column, axis])
+        values[:, column] = angles[:, joint] * np.sign(turned[column, axis])
     return "".join("XYZ"[axis] for axis in order), values

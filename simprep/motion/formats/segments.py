@@ -1,7 +1,8 @@
 """Joint angles of a character from the orientations of its segments, and back; exact where the orientations are its own.
 
 A segment's *turn* is its rotation against its parent since the reference pose, in the axes of the world in that pose.
-A BVH file holds just that. Of a segment with hinges e1, e2, e3 it is R(e1, q1) R(e2, q2) R(e3, q3).
+A BVH file holds just that. Of a segment with hinges e1, e2, e3 it is R(e1, q1) R(e2, q2) R(e3, q3), where the angles q count
+from the reference pose.
 """
 
 from functools import lru_cache
@@ -71,10 +72,11 @@ def turns_of_poses(qpos: FloatArray, character: Character) -> FloatArray:
         character: the body.
     """
     out = np.empty((len(qpos), len(character.segments), 3, 3))
+    angles = qpos[:, 7:] - character.model.qpos0[7:]
     for segment, (joints, axes) in enumerate(hinges(character)):
         turn = rotation_matrix(qpos[:, 3:7]) if segment == 0 else np.tile(np.eye(3), (len(qpos), 1, 1))
         for joint, axis in zip(joints, axes):
-            turn = turn @ Rotation.from_rotvec(qpos[:, 7 + joint, None] * axis).as_matrix()
+            turn = turn @ Rotation.from_rotvec(angles[:, joint, None] * axis).as_matrix()
         out[:, segment] = turn
     return out
 
@@ -89,9 +91,9 @@ def angles_of_turns(turns: FloatArray, character: Character) -> tuple[FloatArray
     for segment, (joints, axes) in enumerate(hinges(character)):
         if segment == 0:
             continue
-        limits = character.limits[list(joints)]
-        found = _angles(turns[:, segment], axes, limits)
-        angles[:, list(joints)] = found
+        reference = character.model.qpos0[7:][list(joints)]
+        found = _angles(turns[:, segment], axes, character.limits[list(joints)] - reference[:, None])
+        angles[:, list(joints)] = reference + found
         own = np.tile(np.eye(3), (len(turns), 1, 1))
         for angle, axis in zip(found.T, axes):
             own = own @ Rotation.from_rotvec(angle[:, None] * axis).as_matrix()
