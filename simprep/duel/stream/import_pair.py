@@ -81,15 +81,16 @@ def import_pair(
         if _schema(a) == SCHEMA:
             stream = read_stream(a)
             return PairImport(stream, check_stream(stream), ())
-        contents, notes = people_of_file(a, joint_map, settings)
-        one, two = contents
+        (one, two), notes, kind = people_of_file(a, joint_map, settings)
+        kinds = (kind, kind)
     else:
         a, b = (find_archive(path, "simprep motion", MOTION_SCHEMA) for path in (a, b))
-        first, second = (person_of_file(path, joint_map, settings) for path in (a, b))
+        (first, kind), (second, other_kind) = (person_of_file(path, joint_map, settings) for path in (a, b))
+        kinds = (kind, other_kind)
         if isinstance(first, ReadMotion) and isinstance(second, ReadMotion):
             if offset is not None and fps is None and first.motion.fps != second.motion.fps:
                 fps = min(first.motion.fps, second.motion.fps)
-            return _pair(a, b, (as_it_is(first, fps), as_it_is(second, fps)), (), offset)
+            return _pair(a, b, (as_it_is(first, fps), as_it_is(second, fps)), kinds, (), offset)
         if isinstance(first, ReadMotion) or isinstance(second, ReadMotion):
             raise MotionFileError(
                 a if isinstance(first, ReadMotion) else b,
@@ -104,11 +105,16 @@ def import_pair(
     result = retarget_clip(one, fps, up, scale, joint_map, character[0], keep_travel=True)
     up, scale = result.report.up, result.report.scale
     other = retarget_clip(two, fps, up, scale, joint_map, character[1], keep_travel=True)
-    return _pair(a, b, (result, other), notes, offset)
+    return _pair(a, b, (result, other), kinds, notes, offset)
 
 
 def _pair(
-    a: Path, b: Path | None, results: tuple[ImportResult, ImportResult], notes: tuple[str, ...], offset: float | None
+    a: Path,
+    b: Path | None,
+    results: tuple[ImportResult, ImportResult],
+    kinds: tuple[str, str],
+    notes: tuple[str, ...],
+    offset: float | None,
 ) -> PairImport:
     motions: list[Motion] = []
     for player, result in zip(PLAYERS, results):
@@ -129,7 +135,9 @@ def _pair(
     report = check_stream(stream)
     known = [note for note in notes if note not in report.warnings]
     report = replace(report, warnings=(*known, *report.warnings))
-    return PairImport(stream, report, tuple(result.report for result in results))
+    return PairImport(
+        stream, report, tuple(replace(result.report, recognised=kind) for result, kind in zip(results, kinds))
+    )
 
 
 def _together(motions: list[Motion], offset: float) -> tuple[list[Motion], list[str]]:

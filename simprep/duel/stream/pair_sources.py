@@ -32,19 +32,19 @@ def files_of_folder(path: Path) -> tuple[Path, Path] | None:
 
 def people_of_file(
     path: Path, joint_map: Mapping[str, str] | None, settings: PositionSettings
-) -> tuple[tuple[SourceClip, SourceClip], tuple[str, ...]]:
-    """Clips of both people in one file, and notes.
+) -> tuple[tuple[SourceClip, SourceClip], tuple[str, ...], str]:
+    """Clips of both people in one file, notes, and what was recognised.
 
     Raises:
         MotionFileError: missing, malformed, or not of two people.
     """
     if not path.is_file():
         raise MotionFileError(path, "no such file")
-    form, _ = recognise(path)
+    form, recognised = recognise(path)
     if form.name == "interhuman":
-        return read_interhuman(path, ReadOptions()), ()
+        return read_interhuman(path, ReadOptions()), (), recognised
     if form.name == "positions":
-        return _recorded(path, joint_map, settings)
+        return *_recorded(path, joint_map, settings), recognised
     if path.suffix.lower() == ".npz" and schema_of(path) == MOTION_SCHEMA:
         raise MotionFileError(path, "a motion of one person; give the other one's file too")
     clips = read_bvh_people(path) if form.name == "bvh" else (read_file(path)[0],)
@@ -53,11 +53,11 @@ def people_of_file(
         raise MotionFileError(path, f"holds one person; give the other one's file too, or {both}")
     if len(clips) != 2:
         raise MotionFileError(path, f"holds {len(clips)} people, one for each ROOT; a stream needs 2")
-    return (clips[0], clips[1]), ()  # type: ignore[return-value]
+    return (clips[0], clips[1]), (), recognised  # type: ignore[return-value]
 
 
-def person_of_file(path: Path, joint_map: Mapping[str, str] | None, settings: PositionSettings) -> Content:
-    """What a file holds of one person.
+def person_of_file(path: Path, joint_map: Mapping[str, str] | None, settings: PositionSettings) -> tuple[Content, str]:
+    """What a file holds of one person, and what was recognised.
 
     Raises:
         MotionFileError: missing, malformed, of two people, or of simprep but no motion.
@@ -66,12 +66,13 @@ def person_of_file(path: Path, joint_map: Mapping[str, str] | None, settings: Po
         raise MotionFileError(path, "no such file")
     if path.suffix.lower() == ".npz" and (schema := schema_of(path)) not in (None, MOTION_SCHEMA):
         raise MotionFileError(path, f"a file of simprep with schema {schema!r}, no motion of one person")
-    if recognise(path)[0].name == "positions":
+    form, recognised = recognise(path)
+    if form.name == "positions":
         recording = read_positions(path)
         if recording.positions.shape[1] != 1:
             raise MotionFileError(path, f"holds {recording.positions.shape[1]} people; give it alone")
-        return position_clip(recording, 0, joint_map, settings)
-    return read_file(path, ReadOptions(joint_map=joint_map))[0]
+        return position_clip(recording, 0, joint_map, settings), recognised
+    return read_file(path, ReadOptions(joint_map=joint_map))
 
 
 def _recorded(

@@ -34,6 +34,7 @@ def test_a_pickle_of_interhuman(tmp_path: Path) -> None:
     path.write_bytes(pickle.dumps(content))
     pair = import_pair(path)
     assert (len(pair.stream), pair.stream.fps) == (40, 60)
+    assert {report.recognised for report in pair.imports} == {"InterHuman, SMPL parameters of two people"}
     assert np.abs(root_distance(pair.stream) - 1.5).max() < 0.02
     with pytest.raises(MotionFileError, match=r"two people.*`simprep duel import` reads"):
         import_motion(path)
