@@ -126,3 +126,15 @@ def test_bvh_and_points_show_the_body_where_it_is(tmp_path: Path, body: str) -> 
         for segment, name in enumerate(motion.character.segments):
             shown = positions[:, names.index(name)][:, axes] * ([1, -1, 1] if extension == "trc" else [1, 1, 1])
             assert np.abs(shown - wanted[:, segment]).max() < 1e-6, (extension, name)
+
+
+@pytest.mark.parametrize(
+    "clip", ["cmu/bvh/002_05.bvh", "deepmimic/humanoid3d_spin.txt", "deepmimic/humanoid3d_getup_faceup.txt"]
+)
+def test_captured_motions_are_the_same_body_in_all_formats(data_dir: Path, tmp_path: Path, clip: str) -> None:
+    motion = import_motion(data_dir / clip).motion
+    wanted = forward_kinematics(motion.qpos).xpos
+    for extension in EXTENSIONS:
+        back = written(motion, tmp_path / f"a.{extension}")
+        assert np.abs(forward_kinematics(back.qpos).xpos - wanted).max() < 1e-5, extension
+        assert np.abs(back.qpos[:, 7:] - motion.qpos[:, 7:]).max() < 1e-3, extension

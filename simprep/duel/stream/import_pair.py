@@ -11,7 +11,7 @@ from simprep.duel.stream.store import SCHEMA, read_stream
 from simprep.duel.stream.stream import PLAYERS, DuelStream, StreamReport, check_stream
 from simprep.errors import MotionError, MotionFileError, SettingError
 from simprep.motion.edit import cut
-from simprep.motion.formats.format import ReadMotion
+from simprep.motion.formats.format import ReadMotion, ReadOptions
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.joint_map import read_joint_map
 from simprep.motion.load import ImportReport, ImportResult, as_it_is, retarget_clip
@@ -43,6 +43,8 @@ def import_pair(
     settings: PositionSettings = DEFAULT_SETTINGS,
     bodies: tuple[Character, Character] | None = None,
     offset: float | None = None,
+    file_fps: float | None = None,
+    body_model: str | Path | None = None,
 ) -> PairImport:
     """Import two people recorded together: the stream and its reports.
 
@@ -62,6 +64,8 @@ def import_pair(
         offset: time of B's first frame after A's, where the two were not recorded from the same moment on [s]. The two are cut
             to the time that both have, and may have different lengths and frame rates. Inserted rest poses do not
             count. None: both must have the same frames.
+        file_fps: frame rate of the files, where they do not state it [1/s].
+        body_model: SMPL body model (.npz) for the bones of files of SMPL parameters; None for a mean body.
         bodies: of A and B instead of their own, such as those of a clip that this one is to be joined to.
 
     Raises:
@@ -73,6 +77,9 @@ def import_pair(
         joint_map = read_joint_map(joint_map)
     if offset is not None and not abs(offset) <= LARGEST_OFFSET_S:
         raise SettingError(f"offset {offset} s; valid: {-LARGEST_OFFSET_S:g} to {LARGEST_OFFSET_S:g}")
+    options = ReadOptions(
+        file_fps=file_fps, body_model=None if body_model is None else Path(body_model), joint_map=joint_map
+    )
     if b is None and (files := files_of_folder(Path(a))):
         a, b = files
     notes: tuple[str, ...] = ()
@@ -81,11 +88,11 @@ def import_pair(
         if _schema(a) == SCHEMA:
             stream = read_stream(a)
             return PairImport(stream, check_stream(stream), ())
-        (one, two), notes, kind = people_of_file(a, joint_map, settings)
+        (one, two), notes, kind = people_of_file(a, options, settings)
         kinds = (kind, kind)
     else:
         a, b = (find_archive(path, "simprep motion", MOTION_SCHEMA) for path in (a, b))
-        (first, kind), (second, other_kind) = (person_of_file(path, joint_map, settings) for path in (a, b))
+        (first, kind), (second, other_kind) = (person_of_file(path, options, settings) for path in (a, b))
         kinds = (kind, other_kind)
         if isinstance(first, ReadMotion) and isinstance(second, ReadMotion):
             if offset is not None and fps is None and first.motion.fps != second.motion.fps:

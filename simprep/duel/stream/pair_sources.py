@@ -1,6 +1,5 @@
 """What files hold of two people: one file with both, a folder with one file of each, or two files."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -31,7 +30,7 @@ def files_of_folder(path: Path) -> tuple[Path, Path] | None:
 
 
 def people_of_file(
-    path: Path, joint_map: Mapping[str, str] | None, settings: PositionSettings
+    path: Path, options: ReadOptions, settings: PositionSettings
 ) -> tuple[tuple[SourceClip, SourceClip], tuple[str, ...], str]:
     """Clips of both people in one file, notes, and what was recognised.
 
@@ -42,9 +41,9 @@ def people_of_file(
         raise MotionFileError(path, "no such file")
     form, recognised = recognise(path)
     if form.name == "interhuman":
-        return read_interhuman(path, ReadOptions()), (), recognised
+        return read_interhuman(path, options), (), recognised
     if form.name == "positions":
-        return *_recorded(path, joint_map, settings), recognised
+        return *_recorded(path, options, settings), recognised
     if path.suffix.lower() == ".npz" and schema_of(path) == MOTION_SCHEMA:
         raise MotionFileError(path, "a motion of one person; give the other one's file too")
     clips = read_bvh_people(path) if form.name == "bvh" else (read_file(path)[0],)
@@ -56,7 +55,7 @@ def people_of_file(
     return (clips[0], clips[1]), (), recognised  # type: ignore[return-value]
 
 
-def person_of_file(path: Path, joint_map: Mapping[str, str] | None, settings: PositionSettings) -> tuple[Content, str]:
+def person_of_file(path: Path, options: ReadOptions, settings: PositionSettings) -> tuple[Content, str]:
     """What a file holds of one person, and what was recognised.
 
     Raises:
@@ -71,18 +70,18 @@ def person_of_file(path: Path, joint_map: Mapping[str, str] | None, settings: Po
         recording = read_positions(path)
         if recording.positions.shape[1] != 1:
             raise MotionFileError(path, f"holds {recording.positions.shape[1]} people; give it alone")
-        return position_clip(recording, 0, joint_map, settings), recognised
-    return read_file(path, ReadOptions(joint_map=joint_map))
+        return position_clip(recording, 0, options.joint_map, settings), recognised
+    return read_file(path, options)
 
 
 def _recorded(
-    path: Path, joint_map: Mapping[str, str] | None, settings: PositionSettings
+    path: Path, options: ReadOptions, settings: PositionSettings
 ) -> tuple[tuple[SourceClip, SourceClip], tuple[str, ...]]:
     recording = read_positions(path)
     people = recording.positions.shape[1]
     if people != 2:
         raise MotionFileError(path, f"holds {people} {'person' if people == 1 else 'people'}; a stream needs 2")
-    one, two = (position_clip(recording, person, joint_map, settings) for person in range(2))
+    one, two = (position_clip(recording, person, options.joint_map, settings) for person in range(2))
     leg = [one.names.index(f"left_{part}") for part in ("thigh", "shank", "foot")]
     length = float(np.median(np.linalg.norm(np.diff(one.positions[:, leg], axis=1), axis=-1).sum(axis=1)))
     # the speed limit is in metres, which the file's unit may not be

@@ -29,7 +29,11 @@ def people() -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
 
 def test_a_pickle_of_interhuman(tmp_path: Path) -> None:
     a, b = people()
-    content = {"person1": a | {"betas": np.zeros(10), "gender": "male"}, "person2": b, "mocap_framerate": 60.0}
+    content: dict[str, object] = {
+        "person1": a | {"betas": np.zeros(10), "gender": "male"},
+        "person2": b,
+        "mocap_framerate": 60.0,
+    }
     path = tmp_path / "7.pkl"
     path.write_bytes(pickle.dumps(content))
     pair = import_pair(path)
@@ -38,6 +42,11 @@ def test_a_pickle_of_interhuman(tmp_path: Path) -> None:
     assert np.abs(root_distance(pair.stream) - 1.5).max() < 0.02
     with pytest.raises(MotionFileError, match=r"two people.*`simprep duel import` reads"):
         import_motion(path)
+    del content["mocap_framerate"]
+    path.write_bytes(pickle.dumps(content))
+    with pytest.raises(MotionFileError, match="no frame rate"):
+        import_pair(path)
+    assert import_pair(path, file_fps=30).stream.fps == 30
     path.write_bytes(pickle.dumps({"person1": a}))
     with pytest.raises(MotionFileError, match="no person1 and person2"):
         import_pair(path)
