@@ -182,7 +182,11 @@ class CheckMotion(BaseCommand):
                     str(path.relative_to(folder)), record["decision"], ", ".join(record["raised"]),
                     record.get("error") or "; ".join(reasons) or ("as recorded" if known else ""),
                 )  # fmt: skip
-        finally:  # what is finished is shown, and kept for the next call
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(
+                f"the records of {len(files)} files are in {records}; the same call goes on"
+            ) from None
+        finally:
             output.say(table)
         kept = sum(record["decision"] == KEEP for record in files)
         output.say(f"{kept} of {len(files)} to keep; records in {records}")
