@@ -59,6 +59,9 @@ class CheckMotion(BaseCommand):
     """Write what physics made of the motion: a reference that can be followed, as it has been. Not written if the body
     fell."""
 
+    to: Annotated[str | None, tyro.conf.arg(metavar="FORMAT", help_behavior_hint="")] = None
+    """Name of the format that --fix and --replay write, where the extension does not tell it: unitree, beyondmimic, mjlab ..."""
+
     records: Annotated[Path | None, tyro.conf.arg(metavar="DIR", help_behavior_hint="")] = None
     """Folder for a folder's records, one for each file; default: check-motion in the folder that is checked."""
 
@@ -113,7 +116,7 @@ class CheckMotion(BaseCommand):
 
         assert self.fix is not None
         mended = mend(motion)
-        lost = _write(mended.motion, self.fix)
+        lost = _write(mended.motion, self.fix, self.to)
         if table:
             for change in mended.changes or ("nothing was to be changed",):
                 output.say(f"fixed: {change}")
@@ -125,7 +128,7 @@ class CheckMotion(BaseCommand):
         if followed.replay is None:
             output.warn(f"no replay written: {followed.finding.note}")
             return None
-        lost = _write(followed.replay, self.replay)
+        lost = _write(followed.replay, self.replay, self.to)
         output.say(
             f"replay: every pose is now the simulated one, {followed.finding.value:.0f} mm from the motion's on average; "
             f"written: {self.replay}" + (f"; not kept: {'; '.join(lost)}" if lost else "")
@@ -202,11 +205,11 @@ class CheckMotion(BaseCommand):
         }
 
 
-def _write(motion: "Motion", path: Path) -> tuple[str, ...]:
+def _write(motion: "Motion", path: Path, to: str | None) -> tuple[str, ...]:
     from simprep.files import atomic_path
     from simprep.motion.formats.registry import format_to_write
 
-    form = format_to_write(path)
+    form = format_to_write(path, to)
     assert form.write is not None
     try:
         with atomic_path(path) as temporary:
