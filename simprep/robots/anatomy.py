@@ -73,6 +73,10 @@ class _Finder:
         chains = self._chains()
         legs = self._legs(chains)
         arms = self._arms(chains, legs)
+        shared = [joint for joint in legs["left"] if joint in legs["right"]]
+        if shared:
+            self.doubts.append("the root is above the waist, whose joints both legs share: locked")
+            legs = {side: [joint for joint in chain if joint not in shared] for side, chain in legs.items()}
         fingers = [joint for joint in self.hinges if self._is_finger(joint)]
         for side, chain in legs.items():
             self._name_leg(side, chain)
@@ -88,7 +92,7 @@ class _Finder:
             self.doubts.append("no two arms were found; imports need them")
         rest = [
             joint for joint in self.hinges
-            if self._joint(joint) not in self.movements.values() and joint not in fingers and joint not in trunk
+            if self._joint(joint) not in self.movements.values() and joint not in (*fingers, *trunk, *shared)
         ]  # fmt: skip
         self._name_central("lumbar", trunk)
         self._name_central("neck", rest)
