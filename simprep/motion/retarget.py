@@ -137,6 +137,8 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.bones = [ROLES.index(f"{side}_{part}") for side in SIDES for part in ("forearm", "hand")]
         self.joints_above = [bone - 1 for bone in self.bones]
         self.gave_way = False
+        # a foot that cannot turn sideways would tilt the whole body to lie flat
+        self.tilts = [character.anatomical(f"{side}_ankle_inversion") is not None for side in SIDES]
         self.mask = np.ones_like(self.jacobian)
         for side in SIDES:
             own = 6 + character.joint_indices(character.group(f"{side}_arm"))
@@ -166,7 +168,7 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         for number in np.flatnonzero(standing):
             foot = f"{SIDES[number]}_foot"
             cost[PLACE[foot]] *= self.settings.stance_cost
-            cost[TILT[foot]] *= self.settings.stance_tilt_cost
+            cost[TILT[foot]] *= self.settings.stance_tilt_cost if self.tilts[number] else 1.0
             yields = 1 + (twisted[number] / self.settings.twist) ** 2
             cost[HEADING[foot]] *= self.settings.stance_turn_cost / yields
         self.cost, self.gave_way = cost, False
