@@ -153,6 +153,7 @@ class CheckMotion(BaseCommand):
         from rich.table import Table
 
         from simprep.check.folder import KEEP, RECORDS, SCHEMA, check_folder
+        from simprep.check.follow import CHECK
         from simprep.cli.resolve import resolve_robot
         from simprep.report.results import provenance
 
@@ -177,7 +178,7 @@ class CheckMotion(BaseCommand):
             for path, record, known in check_folder(folder, records, settings, check):
                 files.append(record)
                 reasons = [
-                    f"{one['check']} {one['value']:.3g} {one['unit']}" if one["value"] is not None else one["note"]
+                    one["note"] if one["check"] == CHECK else f"{one['check']} {one['value']:.3g} {one['unit']}"
                     for one in record.get("findings", ())
                     if one["verdict"] == "fail"
                 ]
