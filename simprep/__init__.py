@@ -11,6 +11,8 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from simprep.character import Character as Character
+    from simprep.check.motion_check import MotionCheck as MotionCheck
+    from simprep.check.motion_check import check_motion as check_motion
     from simprep.controller.policy import Policy as Policy
     from simprep.controller.policy import read_policy as read_policy
     from simprep.controller.policy import save_policy as save_policy
@@ -81,6 +83,7 @@ _EXPORTS = {
     "Metrics": "simprep.metrics.metric",
     "MissingExtraError": "simprep.errors",
     "Motion": "simprep.motion.motion",
+    "MotionCheck": "simprep.check.motion_check",
     "MotionError": "simprep.errors",
     "MotionFileError": "simprep.errors",
     "Kick": "simprep.physics.pushes",
@@ -100,6 +103,7 @@ _EXPORTS = {
     "UnknownNameError": "simprep.errors",
     "analyse": "simprep.duel.analysis",
     "begin_fight": "simprep.duel.fight.modes",
+    "check_motion": "simprep.check.motion_check",
     "evaluate_motion": "simprep.metrics.evaluate",
     "evaluate_run": "simprep.metrics.evaluate",
     "export_motion": "simprep.motion.export",

@@ -59,6 +59,9 @@ class CheckMotion(BaseCommand):
     """Write what physics made of the motion: a reference that can be followed, as it has been. Not written if the body
     fell."""
 
+    to: Annotated[str | None, tyro.conf.arg(metavar="FORMAT", help_behavior_hint="")] = None
+    """Name of the format that --fix and --replay write, where the extension does not tell it: unitree, beyondmimic, mjlab ..."""
+
     records: Annotated[Path | None, tyro.conf.arg(metavar="DIR", help_behavior_hint="")] = None
     """Folder for a folder's records, one for each file; default: check-motion in the folder that is checked."""
 
@@ -113,7 +116,7 @@ class CheckMotion(BaseCommand):
 
         assert self.fix is not None
         mended = mend(motion)
-        lost = _write(mended.motion, self.fix)
+        lost = _write(mended.motion, self.fix, self.to)
         if table:
             for change in mended.changes or ("nothing was to be changed",):
                 output.say(f"fixed: {change}")
@@ -125,7 +128,7 @@ class CheckMotion(BaseCommand):
         if followed.replay is None:
             output.warn(f"no replay written: {followed.finding.note}")
             return None
-        lost = _write(followed.replay, self.replay)
+        lost = _write(followed.replay, self.replay, self.to)
         output.say(
             f"replay: every pose is now the simulated one, {followed.finding.value:.0f} mm from the motion's on average; "
             f"written: {self.replay}" + (f"; not kept: {'; '.join(lost)}" if lost else "")
@@ -150,6 +153,7 @@ class CheckMotion(BaseCommand):
         from rich.table import Table
 
         from simprep.check.folder import KEEP, RECORDS, SCHEMA, check_folder
+        from simprep.check.follow import CHECK
         from simprep.cli.resolve import resolve_robot
         from simprep.report.results import provenance
 
@@ -174,7 +178,7 @@ class CheckMotion(BaseCommand):
             for path, record, known in check_folder(folder, records, settings, check):
                 files.append(record)
                 reasons = [
-                    f"{one['check']} {one['value']:.3g} {one['unit']}" if one["value"] is not None else one["note"]
+                    one["note"] if one["check"] == CHECK else f"{one['check']} {one['value']:.3g} {one['unit']}"
                     for one in record.get("findings", ())
                     if one["verdict"] == "fail"
                 ]
@@ -182,7 +186,11 @@ class CheckMotion(BaseCommand):
                     str(path.relative_to(folder)), record["decision"], ", ".join(record["raised"]),
                     record.get("error") or "; ".join(reasons) or ("as recorded" if known else ""),
                 )  # fmt: skip
-        finally:  # what is finished is shown, and kept for the next call
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt(
+                f"the records of {len(files)} files are in {records}; the same call goes on"
+            ) from None
+        finally:
             output.say(table)
         kept = sum(record["decision"] == KEEP for record in files)
         output.say(f"{kept} of {len(files)} to keep; records in {records}")
@@ -198,11 +206,11 @@ class CheckMotion(BaseCommand):
         }
 
 
-def _write(motion: "Motion", path: Path) -> tuple[str, ...]:
+def _write(motion: "Motion", path: Path, to: str | None) -> tuple[str, ...]:
     from simprep.files import atomic_path
     from simprep.motion.formats.registry import format_to_write
 
-    form = format_to_write(path)
+    form = format_to_write(path, to)
     assert form.write is not None
     try:
         with atomic_path(path) as temporary:

@@ -8,7 +8,7 @@ from typing import Annotated
 import tyro
 
 from simprep import __version__
-from simprep.cli import duel, library, output
+from simprep.cli import duel, library, output, robot
 from simprep.cli.approach import Approach
 from simprep.cli.check_motion import CheckMotion
 from simprep.cli.convert import Convert
@@ -36,6 +36,7 @@ Command = (
     | Annotated[Graph, tyro.conf.subcommand("graph")]
     | Annotated[Train, tyro.conf.subcommand("train")]
     | Annotated[Approach, tyro.conf.subcommand("approach")]
+    | Annotated[robot.Robot, tyro.conf.subcommand("robot", description=robot.DESCRIPTION)]
     | Annotated[library.Library, tyro.conf.subcommand("library", description=library.DESCRIPTION)]
 )
 

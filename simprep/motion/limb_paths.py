@@ -10,6 +10,7 @@ solved at a higher rate.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.linalg import solveh_banded
@@ -38,6 +39,9 @@ EXACT = 2e-3
 """Smaller errors of direction count as none [rad]."""
 UPRIGHT_AXIS = 1 - 1e-9
 """An axis whose largest component is less than this leans [1]."""
+_EULER_ORDERS: dict[tuple[int, ...], Literal["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"]] = {
+    (0, 1, 2): "XYZ", (0, 2, 1): "XZY", (1, 0, 2): "YXZ", (1, 2, 0): "YZX", (2, 0, 1): "ZXY", (2, 1, 0): "ZYX",
+}  # fmt: skip
 SETTLED = 1e-3
 """A fit that moves no hinge by more than this has settled [rad]."""
 
@@ -237,7 +241,8 @@ def candidates(limb: Limb, wanted: FloatArray) -> FloatArray:
 def _in_order(limb: Limb, frame: FloatArray, twist: FloatArray, branch: int) -> list[FloatArray]:
     """Angles (T,) about the axes of a limb's first three hinges, in their order, of the frame (T, 3, 3) twisted about z."""
     turn = Rotation.from_matrix(frame @ _turn(np.array([0.0, 0.0, 1.0]), twist))
-    first, second, third = turn.as_euler("".join("XYZ"[axis] for axis in limb.order)).T
+    order = _EULER_ORDERS[limb.order]
+    first, second, third = turn.as_euler(order).T
     if branch:  # the other solution
         return [first + np.pi, np.pi - second, third + np.pi]
     return [first, second, third]

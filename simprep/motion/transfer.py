@@ -78,7 +78,8 @@ def clip_of_motion(motion: Motion) -> SourceClip:
         add(f"{side}_toe", f"{side}_foot", np.array([points[:, 0].max() - foot[0], 0.0, points[:, 2].min() - foot[2]]))
         if f"{side}_hand" in roles:
             add(f"{side}_index", f"{side}_hand", np.array([0.0, 0.0, -HAND_M]))
-    step, notes = None, ()
+    step: FloatArray | None = None
+    notes: tuple[str, ...] = ()
     if motion.loop:
         turn, shift = loop_displacement(motion)
         if abs(turn) < LEAST_TURN:

@@ -71,8 +71,8 @@ class RobotDescription:
     Attributes:
         path: the file.
         name: of the robot, as motion files state it.
-        model: path of the MJCF, beside the TOML file or absolute; empty if `package` or the user names it.
-        package: module of `robot_descriptions` that finds the model.
+        model: path of the MJCF, beside the TOML file or absolute; empty if `menagerie` or the user names it.
+        menagerie: name of the robot in the package `mujoco-menagerie`, and after a slash that of one of its models.
         roles: body of each role (`simprep.character.ROLES`).
         movements: joint of each anatomical movement (`MOVEMENTS`).
         standing: angles in which the robot stands upright with straight limbs and hanging arms [rad]; 0 where not
@@ -96,7 +96,7 @@ class RobotDescription:
     roles: Mapping[str, str]
     movements: Mapping[str, str]
     model: str = ""
-    package: str = ""
+    menagerie: str = ""
     standing: Mapping[str, float] = field(default_factory=dict)
     frames: Mapping[str, tuple[str, tuple[float, float, float]]] = field(default_factory=dict)
     mirror: Mapping[str, tuple[str, float]] = field(default_factory=dict)
@@ -153,7 +153,7 @@ class _Reader:
         if content.get("schema") != SCHEMA:
             raise RobotFileError(self.path, f"schema {content.get('schema')!r}; this version reads {SCHEMA!r}")
         readers: dict[str, Callable[[str, Any], Any]] = {
-            "name": self.text, "model": self.text, "package": self.text, "roles": self.roles, "joints": self.movements,
+            "name": self.text, "model": self.text, "menagerie": self.text, "roles": self.roles, "joints": self.movements,
             "standing": self.numbers, "frames": self.frames, "mirror": self.mirror, "drive": self.drives,
             "frequency_hz": self.positive, "damping_ratio": self.positive, "own_gains": self.boolean,
             "soles": self.soles, "locked": self.texts, "fused": self.texts, "pairs": self.pairs, "limits": self.ranges,

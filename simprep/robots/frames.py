@@ -48,7 +48,7 @@ def joint_centres(model: mujoco.MjModel, description: RobotDescription) -> Mappi
             if named:
                 flexion = joints([f"{side}_{ball}_flexion"]) or named
                 rotation = joints([f"{side}_{ball}_rotation"]) or named[-1:]
-                at[role] = _carrier(model, description, carrier, named[0]), _nearest(data, flexion[0], rotation[0])
+                at[role] = _carrier(model, description, carrier, named[0]), nearest_point(data, flexion[0], rotation[0])
             else:
                 at[role] = number, data.xpos[number]
         else:
@@ -71,7 +71,7 @@ def _carrier(model: mujoco.MjModel, description: RobotDescription, role: str, fi
     )
 
 
-def _nearest(data: mujoco.MjData, first: int, second: int) -> FloatArray:
+def nearest_point(data: mujoco.MjData, first: int, second: int) -> FloatArray:
     """Point on one joint's axis that is nearest to another's (3,), world [m]; its anchor if they are parallel."""
     a, b = data.xaxis[first], data.xaxis[second]
     normal = np.cross(a, b)

@@ -47,8 +47,8 @@ def build_robot(mjcf: str, description: RobotDescription) -> mujoco.MjSpec:
     spec, source = read_robot_model(mjcf)
     check_names(mjcf, source, description)
     wanted = servos(mjcf, source, description)
-    for part in (*spec.actuators, *spec.tendons, *spec.equalities, *spec.excludes, *spec.pairs):
-        spec.delete(part)
+    for actuator in list(spec.actuators):
+        spec.delete(actuator)
     _set_reference_pose(spec, source, description)
     for joint in list(spec.joints):
         if joint.type != HINGE:
@@ -133,7 +133,7 @@ def servos(mjcf: str, source: mujoco.MjModel, description: RobotDescription) -> 
         drive = description.drive(name)
         own = _actuator_of(source, name)
         armature = drive.armature or float(source.dof_armature[source.joint(name).dofadr[0]])
-        torque = drive.torque or _own_torque(source, name, own)
+        torque = drive.torque or own_torque(source, name)
         kp, kd = drive.kp, drive.kd
         if kp is None and description.own_gains and own is not None and source.actuator_biasprm[own, 1] < 0:
             gear = float(source.actuator_gear[own, 0])
@@ -164,8 +164,9 @@ def _actuator_of(source: mujoco.MjModel, joint: str) -> int | None:
     return int(np.flatnonzero(moved)[0]) if moved.any() else None
 
 
-def _own_torque(source: mujoco.MjModel, joint: str, actuator: int | None) -> float | None:
-    """Torque limit that a model states: of the actuator's force, of the joint, or of a motor's control; the least."""
+def own_torque(source: mujoco.MjModel, joint: str) -> float | None:
+    """Torque limit that a model states: of the actuator's force, of the joint, or of a motor's control; the least [N m]."""
+    actuator = _actuator_of(source, joint)
     limits = []
     one = source.joint(joint).id
     if source.jnt_actfrclimited[one]:

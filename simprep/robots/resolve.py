@@ -44,11 +44,11 @@ def find_robot(name_or_path: str | Path) -> RobotFiles:
 def _model_of(description: RobotDescription) -> Path:
     if description.model:
         return (description.path.parent / description.model).resolve()
-    if description.package:
+    if description.menagerie:
         from simprep.robots.download import downloaded_model
 
         return downloaded_model(description)
-    raise RobotFileError(description.path, 'names no model; valid: model = "path of the .xml" or package')
+    raise RobotFileError(description.path, 'names no model; valid: model = "path of the .xml" or menagerie')
 
 
 def _description_of(mjcf: Path) -> Path:

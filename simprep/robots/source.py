@@ -30,7 +30,9 @@ def read_robot_model(path: str | Path) -> tuple[mujoco.MjSpec, mujoco.MjModel]:
     try:
         spec = mujoco.MjSpec.from_file(str(path))
         root = _floating_root(path, spec)
+        _refuse_loops(path, spec)
         _reduce(spec, root)
+        _name_parts(root)
         return spec, spec.compile()
     except ValueError as error:
         raise RobotFileError(path, f"no valid MJCF ({_first_line(error)})") from None
@@ -66,6 +68,23 @@ def _floating_root(path: Path, spec: mujoco.MjSpec) -> Any:
     return robots[0]
 
 
+def _refuse_loops(path: Path, spec: mujoco.MjSpec) -> None:
+    """Refuse bodies that are connected in a ring, and drop what couples joints: each hinge has a motor of its own here."""
+    rings = (mujoco.mjtEq.mjEQ_CONNECT, mujoco.mjtEq.mjEQ_WELD)
+    closed = [one for one in spec.equalities if one.type in rings]
+    if closed:
+        raise RobotFileError(
+            path,
+            f"{len(closed)} equality constraints close rings of bodies (the first: {closed[0].name1!r} and "
+            f"{closed[0].name2!r}); valid: a tree of hinges",
+        )
+    for actuator in list(spec.actuators):
+        if actuator.trntype != mujoco.mjtTrn.mjTRN_JOINT:
+            spec.delete(actuator)
+    for part in (*spec.equalities, *spec.tendons):
+        spec.delete(part)
+
+
 def _reduce(spec: mujoco.MjSpec, root: Any) -> None:
     for body in list(spec.worldbody.bodies):
         if body != root:
@@ -76,8 +95,12 @@ def _reduce(spec: mujoco.MjSpec, root: Any) -> None:
     for geom in list(spec.worldbody.geoms):
         spec.delete(geom)
     paired = {name for pair in spec.pairs for name in (pair.geomname1, pair.geomname2)}
+    for part in (*spec.pairs, *spec.excludes):
+        spec.delete(part)
     for geom in list(spec.geoms):
-        if not geom.contype and not geom.conaffinity and geom.name not in paired and _weighs_nothing(spec, geom):
+        if geom.name in paired:
+            geom.contype = 1  # it collides by being listed
+        if not geom.contype and not geom.conaffinity and _weighs_nothing(spec, geom):
             spec.delete(geom)
         else:
             geom.material = ""
@@ -89,6 +112,14 @@ def _reduce(spec: mujoco.MjSpec, root: Any) -> None:
     for mesh in list(spec.meshes):
         if mesh.name not in used:
             spec.delete(mesh)
+
+
+def _name_parts(root: Any) -> None:
+    """Names for what has none, since motions, files and planners call joints and segments by them."""
+    for number, body in enumerate(descendants(root)):
+        body.name = body.name or f"body_{number}"
+        for joint in body.joints:
+            joint.name = joint.name or ("root" if joint.type == FREE else f"joint_of_{body.name}")
 
 
 def _weighs_nothing(spec: mujoco.MjSpec, geom: Any) -> bool:

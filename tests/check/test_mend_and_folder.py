@@ -137,6 +137,8 @@ def test_the_command_on_a_file(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "joint velocity" in content["raised_before"]
     assert content["changes"]
     assert (tmp_path / "fixed.npz").is_file()
+    assert run(capsys, path, "--no-track", "--fix", tmp_path / "fixed.csv", "--to", "unitree")[0] == 0
+    assert (tmp_path / "fixed.csv").read_text()[0] in "-0123456789"
 
 
 def test_the_command_writes_a_replay(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
