@@ -120,6 +120,8 @@ class Weights:
             if role.endswith("foot"):
                 cost[HEADING[role]] = settings.foot_turn_cost * told
         self.base = cost
+        # a foot that cannot turn sideways would tilt the whole body to lie flat
+        self.tilts = [character.anatomical(f"{side}_ankle_inversion") is not None for side in SIDES]
         self.pull = np.full(model.nv, settings.posture_cost**2)
         self.pull[:6] = 1e-9
         for arm in (character.group(f"{side}_arm") for side in SIDES):
@@ -141,7 +143,7 @@ class Weights:
             foot = f"{side}_foot"
             for rows, factor in (
                 (PLACE[foot], settings.stance_cost),
-                (TILT[foot], settings.stance_tilt_cost),
+                (TILT[foot], settings.stance_tilt_cost if self.tilts[number] else 1.0),
                 (slice(HEADING[foot], HEADING[foot] + 1), settings.stance_turn_cost / yields),
             ):
                 out[:, rows] *= np.where(stands, factor, 1.0)[:, None]
