@@ -7,8 +7,8 @@ the origin of its frame is the joint that moves it.
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from types import MappingProxyType
 
 import mujoco
@@ -30,12 +30,26 @@ _PARENT_ROLE = {
 }  # fmt: skip
 
 
-def _parent_role(role: str) -> str:
+def parent_role(role: str) -> str:
+    """The role one nearer to the pelvis than another one (not the pelvis)."""
     side, _, part = role.partition("_")
     return _PARENT_ROLE[part if side in SIDES else role].replace("SIDE", side)
 
 
+Frame = tuple[str, tuple[float, float, float], tuple[float, float, float, float]]
+"""A segment, and a place [m] and an orientation (wxyz) in its frame."""
 NEEDED_ROLES = ("pelvis", *(f"{side}_{part}" for side in SIDES for part in ("thigh", "shank", "foot")))
+
+
+_FRAME = "_frame"
+
+
+def _with_frames(build: Callable[[], mujoco.MjSpec], frames: Mapping[str, Frame]) -> mujoco.MjSpec:
+    """A model with a massless, unmoved segment in every frame."""
+    spec = build()
+    for role, (segment, place, turn) in frames.items():
+        spec.body(segment).add_body(name=f"{role}{_FRAME}", pos=place, quat=turn)
+    return spec
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +71,10 @@ class Character:
         balancing: joints that posture optimisation (2013 paper) may move.
         fused: joints that a planner may leave out, and fused_segments: the segments they would move.
         height_m: stature [m], mass_kg: mass [kg], as far as they apply.
+        frames: where imports find a role's joint centre, if not at the origin of a segment: a segment, a place [m] and
+            an orientation (wxyz) in its frame. In the reference pose they are parallel to the world.
+        velocity_limits: largest speed of each joint, in model order [rad/s]; empty where none is known.
+        origin: how a reader of files finds the body again, where its name alone does not tell it.
 
     Raises:
         SettingError: a role, sole or joint that the model lacks, or a needed one that is missing.
@@ -76,9 +94,12 @@ class Character:
     fused_segments: tuple[str, ...] = ()
     height_m: float | None = None
     mass_kg: float | None = None
+    frames: Mapping[str, Frame] = field(default_factory=dict)
+    velocity_limits: tuple[float, ...] = ()
+    origin: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        for attribute in ("roles", "groups", "mirror", "anatomy"):
+        for attribute in ("roles", "groups", "mirror", "anatomy", "frames", "origin"):
             object.__setattr__(self, attribute, MappingProxyType(dict(getattr(self, attribute))))
         missing = [role for role in NEEDED_ROLES if role not in self.roles]
         if missing:
@@ -110,7 +131,8 @@ class Character:
             dict(self.anatomy),
         )
         rest = (self.balancing, self.fused, self.fused_segments, self.height_m, self.mass_kg)
-        return Character, (self.name, self.build, *plain, *rest)
+        of_robots = (dict(self.frames), self.velocity_limits, dict(self.origin))
+        return Character, (self.name, self.build, *plain, *rest, *of_robots)
 
     @cached_property
     def model(self) -> mujoco.MjModel:
@@ -118,12 +140,24 @@ class Character:
         return self.build().compile()
 
     @cached_property
+    def skeleton(self) -> "Character":
+        """The same body with a segment in every one of `frames`, for imports; itself without any. Poses mean the same."""
+        if not self.frames:
+            return self
+        roles = {role: f"{role}{_FRAME}" for role in self.frames}
+        return replace(
+            self, build=partial(_with_frames, self.build, dict(self.frames)), roles={**self.roles, **roles}, frames={}
+        )
+
+    @cached_property
     def digest(self) -> str:
         """Twelve hexadecimal digits that change with the model or its description."""
-        about = [
+        about: list[object] = [
             self.name, dict(self.roles), self.soles, self.upper, self.lower, dict(self.groups), dict(self.mirror),
             dict(self.anatomy), self.balancing, self.fused, self.fused_segments, self.height_m, self.mass_kg,
         ]  # fmt: skip
+        if self.frames or self.velocity_limits:  # else as before there were any
+            about += [dict(self.frames), self.velocity_limits]
         sha = hashlib.sha256(json.dumps(about, sort_keys=True).encode())
         sha.update(self.build().to_xml().encode())
         return sha.hexdigest()[:12]
@@ -226,9 +260,9 @@ class Character:
         own = 1 + self.segment(role)
         above = 0
         if role != "pelvis":
-            parent = _parent_role(role)
+            parent = parent_role(role)
             while parent not in self.roles:
-                parent = _parent_role(parent)
+                parent = parent_role(parent)
             above = 1 + self.segment(parent)
         if self.model.body_parentid[own] == above:
             return np.array(self.model.body_pos[own])
@@ -286,6 +320,13 @@ class Character:
         if (self.model.geom_type[ids] != mujoco.mjtGeom.mjGEOM_SPHERE).any():
             raise SettingError(f"character {self.name!r}: soles {', '.join(sum(self.soles, ()))}; valid: spheres")
         return ids
+
+    @cached_property
+    def reference_axes(self) -> FloatArray:
+        """Axes of the joints in the reference pose (joints, 3)."""
+        data = mujoco.MjData(self.model)
+        mujoco.mj_kinematics(self.model, data)
+        return np.array(data.xaxis[1:])
 
     @cached_property
     def mirror_map(self) -> tuple[IndexArray, FloatArray]:

@@ -22,6 +22,19 @@ class MotionFileError(SimprepError):
         super().__init__(f"{where}: {message}")
 
 
+class RobotFileError(SimprepError):
+    """A robot's model or its description is missing, malformed or no floating-base humanoid.
+
+    Args:
+        path: the file.
+        message: what was found and what is valid.
+    """
+
+    def __init__(self, path: object, message: str) -> None:
+        self.path = path
+        super().__init__(f"{path}: {message}")
+
+
 class MotionError(SimprepError):
     """Motion data contradicts itself or the model (shape, NaN, frame range, other model)."""
 

@@ -25,6 +25,15 @@ Preset = Annotated[
     tyro.conf.arg(help="How much mpc computes: live least, bake most. docs/tracking.md has cost and error of each."),
 ]
 """Names of `simprep.physics.mpc.MPC_PRESETS`, which is slow to import."""
+Robot = Annotated[
+    str | None,
+    tyro.conf.arg(
+        metavar="NAME|PATH",
+        help_behavior_hint="",
+        help="Whose motion it becomes: a robot's name (`simprep robot list`) or its .xml or .toml file; default the humanoid. A motion of another body is retargeted.",
+    ),
+]
+"""The body of every command that takes a motion."""
 
 arguments: tuple[str, ...] = ()
 """The command line after `simprep`, for the record; `main` sets it."""

@@ -9,7 +9,7 @@ import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
-from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet
+from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet, Robot
 
 if TYPE_CHECKING:
     from simprep.motion.motion import Motion
@@ -26,6 +26,8 @@ class PushCommand(BaseCommand):
 
     motion: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="MOTION", help_behavior_hint="")]
     """A motion of the library (`simprep library list` lists them) or a motion file; a loop is repeated."""
+
+    robot: Robot = None
 
     directions: int = 8
     """How many directions, evenly around the body. 0 degrees points forward, 90 to the left."""
@@ -71,7 +73,7 @@ class PushCommand(BaseCommand):
         from simprep.report.results import provenance, save_json
         from simprep.study.push_limits import AFTER_S, PushSettings, push_limits
 
-        motion = resolve_motion(self.motion, output.warn, self.library)
+        motion = resolve_motion(self.motion, output.warn, self.library, self.robot)
         at = self._at(motion, DEFAULT_LOOP_S / 2 if motion.loop else motion.duration / 2)
         wishes = (self.duration, self.segment, self.largest, self.tolerance, tuple(range(self.seeds)))
         settings = PushSettings(at, tuple(360 * k / self.directions for k in range(self.directions)), *wishes)

@@ -10,13 +10,16 @@ from typing import TYPE_CHECKING
 from simprep.errors import MotionError, SettingError, UnknownNameError
 
 if TYPE_CHECKING:
+    from simprep.character import Character
+    from simprep.motion.load import ImportResult
     from simprep.motion.motion import Motion
 
-FILE_TYPES = (".npz", ".bvh", ".amc (with its .asf beside it)", ".json")
 DEFAULT_LOOP_S = 6.0
 
 
-def resolve_motion(text: str, warn: Callable[[str], None], library: Path | None = None) -> Motion:
+def resolve_motion(
+    text: str, warn: Callable[[str], None], library: Path | None = None, robot: str | None = None
+) -> Motion:
     """The motion a person means.
 
     Args:
@@ -24,14 +27,18 @@ def resolve_motion(text: str, warn: Callable[[str], None], library: Path | None 
             of ours.
         warn: receives what an import decided, adapted or left out, a line each.
         library: folder of the user's clips; None for SIMPREP_LIBRARY, where set.
+        robot: name or file of the body that it shall be a motion of (`simprep.characters.character_of_name`); None
+            for the motion's own, or the humanoid.
 
     Raises:
+        RobotFileError: the robot's files cannot be used.
         UnknownNameError: none of them; the message lists the names and the file types.
         SimprepError: the user's library cannot be read.
         MotionFileError: it looks like a path, and the file is missing or cannot be read.
     """
+    body = resolve_robot(robot)
     if Path(text).suffix or len(Path(text).parts) > 1:
-        return _imported(text, warn)
+        return _imported(text, body, warn)
 
     from simprep.library.user import find_entry
 
@@ -39,19 +46,53 @@ def resolve_motion(text: str, warn: Callable[[str], None], library: Path | None 
         entry = find_entry(text, library)
     except UnknownNameError as error:
         if Path(text).is_dir():  # after the names: a folder called `walk` does not hide the walk
-            return _imported(text, warn)
-        choices = (*error.choices, f"or the path of a file: {', '.join(FILE_TYPES)}")
+            return _imported(text, body, warn)
+        from simprep.motion.formats.registry import readable
+
+        choices = (*error.choices, f"or the path of a file: {readable()}")
         raise UnknownNameError("motion", text, choices) from None
-    return entry.generate()
+    motion = entry.generate()
+    return motion if body is None else onto(motion, body, warn).motion
 
 
-def _imported(path: str, warn: Callable[[str], None]) -> Motion:
+def resolve_robot(robot: str | None) -> Character | None:
+    """The body that `--robot` names; None without it.
+
+    Raises:
+        UnknownNameError: no such body.
+        RobotFileError: its files cannot be used.
+    """
+    if robot is None:
+        return None
+    from simprep.characters import character_of_name
+
+    return character_of_name(robot)
+
+
+def onto(motion: Motion, body: Character, warn: Callable[[str], None]) -> ImportResult:
+    """A motion on a body, as it is if it is that body's already; `warn` receives what the retargeting says.
+
+    Raises:
+        MotionFileError: it cannot be retargeted.
+    """
+    from simprep.motion.load import ImportReport, ImportResult
+    from simprep.motion.transfer import transferred
+
+    if motion.character == body:
+        return ImportResult(motion, ImportReport(len(motion), motion.fps, motion.duration, None, "z", 1.0, ()))
+    result = transferred(motion, body)
+    for line in result.report.warnings:
+        warn(f"{motion.name} on {body.name}: {line}")
+    return result
+
+
+def _imported(path: str, body: Character | None, warn: Callable[[str], None]) -> Motion:
     from simprep.motion.load import import_motion
 
-    result = import_motion(path)
+    result = import_motion(path) if body is None else import_motion(path, character=body)
     for line in result.report.warnings:
         warn(f"{Path(path).name}: {line}")
-    return result.motion
+    return result.motion if body is None else onto(result.motion, body, warn).motion
 
 
 def parse_frames(text: str) -> tuple[int | None, int | None]:

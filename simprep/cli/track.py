@@ -8,7 +8,7 @@ import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
-from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet
+from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet, Robot
 
 HEADLINE = (
     "success",
@@ -34,13 +34,15 @@ class Track(BaseCommand):
     """
 
     motion: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="MOTION", help_behavior_hint="")]
-    """A motion of the library (`simprep library list` lists them) or a motion file (.npz, .bvh, .amc, .json), or a folder with
-    one .npz motion."""
+    """A motion of the library (`simprep library list` lists them) or a motion file (docs/formats.md), or a folder with one
+    .npz motion."""
 
     controller: Literal["mpc", "pd"] = "mpc"
     """mpc: servo targets corrected by receding-horizon sampling; pd: servos to the motion, nothing else."""
 
     preset: Preset = "default"
+
+    robot: Robot = None
 
     seed: int = 0
     """Seed of the controller's random numbers."""
@@ -86,7 +88,9 @@ class Track(BaseCommand):
         from simprep.cli.resolve import resolve_motion, select
 
         # a bad file fails before the heavier imports
-        motion = select(resolve_motion(self.motion, output.warn, self.library), self.frames, self.seconds, output.warn)
+        motion = select(
+            resolve_motion(self.motion, output.warn, self.library, self.robot), self.frames, self.seconds, output.warn
+        )
         from simprep.metrics.evaluate import evaluate_run
         from simprep.physics.mismatch import Mismatch
         from simprep.physics.mpc import MPC_PRESETS

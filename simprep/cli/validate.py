@@ -8,7 +8,7 @@ import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
-from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet
+from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet, Robot
 
 if TYPE_CHECKING:
     from simprep.motion.motion import Motion
@@ -44,6 +44,8 @@ class Validate(BaseCommand):
 
     alpha: Annotated[tuple[float, ...], NO_DEFAULT] = ()
     """Levels of preparation, 0 to 1; default 0.5 and 1."""
+
+    robot: Robot = None
 
     controllers: tuple[Literal["pd", "mpc"], ...] = ("pd", "mpc")
     """Controllers to simulate with."""
@@ -112,9 +114,9 @@ class Validate(BaseCommand):
         names = self.target or (ALL_TARGETS if self.full else DEFAULT_TARGETS)
         if self.target_frame is not None and len(names) != 1:
             raise SettingError(f"--target-frame with {len(names)} targets; valid: with exactly one --target")
-        targets = tuple(self._marked(resolve_motion(name, output.warn, self.library)) for name in names)
+        targets = tuple(self._marked(resolve_motion(name, output.warn, self.library, self.robot)) for name in names)
         return StudyPlan(
-            locomotion=resolve_motion(self.locomotion, output.warn, self.library),
+            locomotion=resolve_motion(self.locomotion, output.warn, self.library, self.robot),
             targets=targets,
             alphas=self.alpha or (ALL_ALPHAS if self.full else DEFAULT_ALPHAS),
             controllers=self.controllers,

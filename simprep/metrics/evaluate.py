@@ -17,7 +17,14 @@ from simprep.metrics.balance import (
 )
 from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, slip_ratio
 from simprep.metrics.metric import Metric, Metrics, collect
-from simprep.metrics.tracking import body_positions, derivative_errors, effort, position_errors, succeeded
+from simprep.metrics.tracking import (
+    body_positions,
+    derivative_errors,
+    effort,
+    peak_speed_share,
+    position_errors,
+    succeeded,
+)
 from simprep.metrics.transition import TRANSITION_KEYS, transition_peaks
 from simprep.motion.motion import Motion
 from simprep.physics.run import DIVERGED, Run
@@ -112,6 +119,7 @@ def evaluate_run(
         **derivative_errors(simulated, reference, rate),
         **_posture(series, prepared_s),
         "cop_to_edge_mm": 1e3 * mean(pressure[np.isfinite(pressure)]),
+        "peak_speed_share": peak_speed_share(run),
         **effort(run.torque, run.torque_limit, run.qvel[:, 6:], run.timestep),
         **transition_peaks(
             run.qpos[:, 7:], motion.fps, math.nan if launch_s is None else launch_s, run.torque, run.torque_limit
@@ -178,7 +186,7 @@ MOTION_KEYS = (
 RUN_KEYS = (
     "success", "end", "fell_at_s", "survived_s", "completed_share", "g_mpjpe_mm", "mpjpe_mm", "max_body_distance_mm",
     "velocity_error_m_s", "acceleration_error_m_s2", *_POSTURE_KEYS, "cop_to_edge_mm",
-    "torque_rms_nm", "torque_rms_share", "saturation_share", "positive_work_j", "absolute_work_j",
+    "peak_speed_share", "torque_rms_nm", "torque_rms_share", "saturation_share", "positive_work_j", "absolute_work_j",
     *TRANSITION_KEYS, *_CONTACT_KEYS, "foot_slip_reference_mm_per_stance", "foot_slip_ratio",
     "s_per_s", "assist_n", "assist_nm",
 )  # fmt: skip

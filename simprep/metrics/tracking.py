@@ -75,6 +75,12 @@ def succeeded(run: Run, max_body_distance_mm: float) -> bool:
     return run.end == DONE and max_body_distance_mm <= 1e3 * SUCCESS_DISTANCE_M
 
 
+def peak_speed_share(run: Run) -> float | None:
+    """Largest joint speed of the only body as share of that joint's limit; None where no limits are known."""
+    limits = run.reference.character.velocity_limits
+    return float((np.abs(run.qvel[:, 6:]) / np.array(limits)).max()) if limits else None
+
+
 def effort(
     torque: FloatArray, torque_limit: FloatArray, hinge_velocity: FloatArray, timestep: float
 ) -> dict[str, float]:

@@ -32,8 +32,8 @@ def closed_form(targets: Targets, character: Character) -> FloatArray:
     def put(name: str, axis: int, angle: FloatArray) -> None:
         index = character.anatomical(name)
         if index is not None:
-            sign = np.sign(model.jnt_axis[1 + index, axis])
-            qpos[:, 7 + index] = np.clip(sign * angle, *model.jnt_range[1 + index])
+            sign = np.sign(character.reference_axes[index, axis])
+            qpos[:, 7 + index] = np.clip(model.qpos0[7 + index] + sign * angle, *model.jnt_range[1 + index])
 
     spine = [name for name in ("lumbar", "thorax") if character.anatomical(f"{name}_flexion") is not None]
     turn = Rotation.from_matrix(np.swapaxes(pelvis, -1, -2) @ thorax).as_rotvec()
@@ -102,5 +102,5 @@ def _limb_into(
     at = {name: targets.positions[:, ROLES.index(name)] for name in names}
     bones = _bones(at, names, parent)
     angles = limb_path(limb, bones[0], bones[1], targets.fps)
-    qpos[:, 7 + limb.joints] = angles
+    qpos[:, 7 + limb.joints] = limb.zero + angles
     return np.asarray(parent @ limb.orientation(angles))

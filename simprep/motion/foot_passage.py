@@ -32,9 +32,9 @@ def place_feet(
         contacts: (T, 2) standing feet.
         fps: frames per second [1/s].
         character: the body.
-        settings: thresholds; None for the defaults.
+        settings: thresholds; None for the body's own.
     """
-    settings = settings or FootholdSettings()
+    settings = settings or FootholdSettings.of_character(character)
     centres, radii = sole_geometry(character)
     held = hold_feet(feet, hips, knees, contacts, fps, character, settings)
     position, rotation = held.feet.position.copy(), held.feet.rotation.copy()

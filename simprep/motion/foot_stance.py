@@ -1,12 +1,16 @@
 """One stance of one foot: its foothold, and the foot's pose through it, rolling over heel and toe."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from simprep.arrays import FloatArray
+from simprep.character import SIDES, Character
 from simprep.motion.rotations import axis_rotation
 from simprep.motion.targets import UPRIGHT, unit
+
+LIMIT_MARGIN = 0.02
+"""Standing ankles stay this far from their limits [rad]."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,29 @@ class FootholdSettings:
     tip: float = 0.6
     ease: float = 0.14
     recent: float = 0.1
+
+    @classmethod
+    def of_character(cls, character: Character) -> "FootholdSettings":
+        """Thresholds for a body whose ankles may bend less."""
+        return replace(
+            cls(),
+            dorsiflexion=min(
+                cls.dorsiflexion, *(_ankle_range(character, f"{side}_ankle_dorsiflexion", 1)[0] for side in SIDES)
+            ),
+            inversion=min(
+                cls.inversion, *(min(_ankle_range(character, f"{side}_ankle_inversion", 0)) for side in SIDES)
+            ),
+        )
+
+
+def _ankle_range(character: Character, movement: str, axis: int) -> tuple[float, float]:
+    """How far an ankle turns, negatively and positively about a coordinate axis, short of its limits [rad]; 0 without a joint."""
+    index = character.anatomical(movement)
+    if index is None:
+        return 0.0, 0.0
+    low, high = (character.limits[index] - character.model.qpos0[7 + index]).tolist()
+    away = max(0.0, -low - LIMIT_MARGIN), max(0.0, high - LIMIT_MARGIN)
+    return away if character.reference_axes[index, axis] > 0 else away[::-1]
 
 
 class Stance:

@@ -7,6 +7,7 @@ tilts, its lowest points keep their places in that foothold, so it rolls without
 
 from dataclasses import dataclass
 
+import mujoco
 import numpy as np
 from scipy.ndimage import gaussian_filter1d
 
@@ -34,7 +35,14 @@ def sole_geometry(character: Character) -> tuple[FloatArray, FloatArray]:
     """Centres (2, 4, 3) in the foot's frame and radii (2, 4) of the foot spheres [m]."""
     model = character.model
     ids = character.sole_geoms
-    return np.array(model.geom_pos[ids]), np.array(model.geom_size[ids, 0])
+    feet = np.array(character.feet) + 1
+    radii = np.array(model.geom_size[ids, 0])
+    if (model.geom_bodyid[ids] == feet[:, None]).all():
+        return np.array(model.geom_pos[ids]), radii
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    away = data.geom_xpos[ids] - data.xpos[feet][:, None]
+    return away @ data.xmat[feet].reshape(2, 3, 3), radii
 
 
 def sole_points(feet: FootPoses, character: Character) -> FloatArray:

@@ -14,6 +14,7 @@ from simprep.motion.footholds import FootPoses, sole_points
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.retarget import RetargetSettings, solve
 from simprep.motion.set_down import set_down
+from simprep.motion.speed_limits import within_speed_limits
 from simprep.motion.targets import ORIENTED, UPRIGHT, Targets, unit
 
 ANKLES = (ROLES.index("left_foot"), ROLES.index("right_foot"))
@@ -111,6 +112,9 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
     else:
         solution = solve(whole, standing, character, settings)
         qpos, unsettled = solution.qpos, solution.unsettled
+    qpos, slowed = within_speed_limits(qpos, whole.fps, character, step is not None)
+    if slowed:
+        warnings.append(f"faster than the body's joints can turn, so slowed: {', '.join(slowed)}")
     lowered = set_down(qpos, whole.fps, character, step is not None)
     if lowered.max(initial=0.0) > HOVERING:
         warnings.append(f"the body hovered over the floor by up to {lowered.max():.2f} m without falling: set down")

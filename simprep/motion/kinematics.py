@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import pairwise, product
+from itertools import pairwise
 from threading import get_ident
 
 import mujoco
@@ -10,6 +10,7 @@ import numpy as np
 
 from simprep.arrays import FloatArray, IndexArray
 from simprep.character import Character
+from simprep.geoms import bearing_points
 from simprep.humanoid_model import humanoid
 from simprep.motion.rotations import rotation_matrix
 
@@ -120,31 +121,3 @@ def body_clearance(qpos: FloatArray, character: Character = humanoid()) -> Float
         low = centre - np.abs(row @ axis) * half - model.geom_size[geom, 0]
         clearance[:, part] = np.minimum(clearance[:, part], low)
     return clearance
-
-
-def bearing_points(model: mujoco.MjModel, geom: int) -> list[tuple[FloatArray, float]]:
-    """Points of a geom that touch a plane first: centre (3,) in the geom's frame and radius of each [m].
-
-    A capsule has its ends, a box its corners, a cylinder 8 points of each rim, an ellipsoid its 6 poles, a mesh the
-    corners of its bounding box.
-
-    Args:
-        model: a model.
-        geom: id of a geom.
-    """
-    size, kind, shapes = model.geom_size[geom], model.geom_type[geom], mujoco.mjtGeom
-    if kind == shapes.mjGEOM_SPHERE:
-        return [(np.zeros(3), float(size[0]))]
-    if kind == shapes.mjGEOM_CAPSULE:
-        return [(np.array([0.0, 0.0, end]), float(size[0])) for end in (-size[1], size[1])]
-    if kind == shapes.mjGEOM_CYLINDER:
-        angle = np.arange(8) * np.pi / 4
-        return [
-            (np.array([size[0] * np.cos(at), size[0] * np.sin(at), end]), 0.0)
-            for at in angle
-            for end in (-size[1], size[1])
-        ]
-    if kind == shapes.mjGEOM_ELLIPSOID:
-        return [(sign * size[axis] * np.eye(3)[axis], 0.0) for axis in range(3) for sign in (-1.0, 1.0)]
-    middle, half = model.geom_aabb[geom, :3], model.geom_aabb[geom, 3:]
-    return [(middle + half * signs, 0.0) for signs in np.array(list(product((-1.0, 1.0), repeat=3)))]

@@ -14,6 +14,7 @@ import numpy as np
 
 from simprep.arrays import FloatArray, IndexArray
 from simprep.character import SIDES, Character
+from simprep.errors import SettingError
 from simprep.humanoid_model import humanoid
 from simprep.motion.rotations import axis_rotation, cross
 
@@ -50,20 +51,35 @@ _AXES = (1, 0, 2, 1, 1, 0)
 
 @lru_cache(maxsize=16)
 def legs(character: Character = humanoid()) -> tuple[Leg, Leg]:
-    """Left and right leg of a body."""
-    model = character.model
+    """Left and right leg of a body. Where hip axes lean or miss each other, they are those of the nearest ideal leg.
+
+    Raises:
+        SettingError: the hips do not turn about y, then x, then z, or an ankle lacks a joint.
+    """
+    model, body = character.model, character.skeleton
+    root = body.standing_qpos[:3]
     found = []
     for side, soles in zip(SIDES, character.soles):
         names = character.groups[f"{side}_leg"]
+        hinges = character.joint_indices(names)
+        axes = character.reference_axes[hinges]
+        if tuple(np.abs(axes).argmax(axis=1).tolist()) != _AXES or (np.diff(hinges[:4]) < 0).any():
+            raise SettingError(
+                f"character {character.name!r}: the joints of its {side} leg are {', '.join(names)}; the inverse kinematics "
+                "needed here is for hip joints about y, x and z, a knee, and an ankle about y and x, in this order"
+            )
         joints = [model.joint(name) for name in names]
         geoms = [model.geom(name) for name in soles]
+        hip = body.rest_offset(f"{side}_thigh")
+        if body is not character:
+            hip = hip + body.rest_offset("pelvis") - root
         found.append(
             Leg(
-                hinges=character.joint_indices(names),
-                hip=np.array(character.rest_offset(f"{side}_thigh")),
-                thigh=float(-character.rest_offset(f"{side}_shank")[2]),
-                shank=float(-character.rest_offset(f"{side}_foot")[2]),
-                sign=np.array([joint.axis[axis] for joint, axis in zip(joints, _AXES)]),
+                hinges=hinges,
+                hip=np.array(hip),
+                thigh=float(-body.rest_offset(f"{side}_shank")[2]),
+                shank=float(-body.rest_offset(f"{side}_foot")[2]),
+                sign=np.sign(axes[range(6), _AXES]),
                 low=np.array([joint.range[0] for joint in joints]),
                 high=np.array([joint.range[1] for joint in joints]),
                 points=np.array([geom.pos for geom in geoms]),

@@ -10,10 +10,12 @@ solved at a higher rate.
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 from scipy.linalg import solveh_banded
 from scipy.ndimage import maximum_filter1d
+from scipy.spatial.transform import Rotation
 
 from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.character import Character
@@ -35,17 +37,23 @@ FAR = 0.3
 """A branch farther than this outside the limits is not searched if the other one is exact [rad]."""
 EXACT = 2e-3
 """Smaller errors of direction count as none [rad]."""
+UPRIGHT_AXIS = 1 - 1e-9
+"""An axis whose largest component is less than this leans [1]."""
+_EULER_ORDERS: dict[tuple[int, ...], Literal["XYZ", "XZY", "YXZ", "YZX", "ZXY", "ZYX"]] = {
+    (0, 1, 2): "XYZ", (0, 2, 1): "XZY", (1, 0, 2): "YXZ", (1, 2, 0): "YZX", (2, 0, 1): "ZXY", (2, 1, 0): "ZYX",
+}  # fmt: skip
 SETTLED = 1e-3
 """A fit that moves no hinge by more than this has settled [rad]."""
 
 
 @dataclass(frozen=True)
 class Limb:
-    """Geometry of one limb.
+    """Geometry of one limb. Angles count from the reference pose, in which limbs are straight and hang down.
 
     Attributes:
-        joints: (4,) indices of its hinges among the character's joints.
-        axes: (4, 3) axes of its hinges, each in its own frame at rest: y, x, z, y.
+        joints: (4,) indices of its hinges among the character's joints, outwards.
+        axes: (4, 3) axes of its hinges in the reference pose: about y, x and z in any order, then about y. They may lean.
+        zero: (4,) angles of the reference pose [rad].
         low: (4,) lower limits [rad].
         high: (4,) upper limits [rad].
         upper: (3,) direction of the first bone at rest (unit).
@@ -54,6 +62,7 @@ class Limb:
 
     joints: IndexArray
     axes: FloatArray
+    zero: FloatArray
     low: FloatArray
     high: FloatArray
     upper: FloatArray
@@ -69,13 +78,23 @@ class Limb:
         """
         model = character.model
         side = names[0].partition("_")[0]
-        joints = character.joint_indices(
-            character.group(f"{side}_leg" if names[0].endswith("thigh") else f"{side}_arm")[:4]
-        )
-        low, high = model.jnt_range[1 + joints].T
+        group = character.group(f"{side}_leg" if names[0].endswith("thigh") else f"{side}_arm")
+        joints = np.sort(character.joint_indices(group[:4]))
+        zero = model.qpos0[7 + joints]
+        low, high = model.jnt_range[1 + joints].T - zero
         bones = [character.rest_offset(name) for name in names[1:]]
         bones = [bone / np.linalg.norm(bone) for bone in bones]
-        return cls(joints, np.array(model.jnt_axis[1 + joints]), low, high, bones[0], bones[1])
+        return cls(joints, character.reference_axes[joints], zero, low, high, bones[0], bones[1])
+
+    @property
+    def order(self) -> tuple[int, ...]:
+        """The axis, 0 to 2, that each of the first three hinges turns about, or leans from."""
+        return tuple(np.abs(self.axes[:3]).argmax(axis=1).tolist())
+
+    @property
+    def leans(self) -> bool:
+        """Whether some hinge's axis is no coordinate axis."""
+        return bool((np.abs(self.axes).max(axis=1) < UPRIGHT_AXIS).any())
 
     def directions(self, angles: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Bone directions upper and lower (..., 3), in the parent's frame, and the derivatives of both (..., 6, 4).
@@ -108,6 +127,12 @@ class Limb:
         cosine, sine = np.cos(angles)[..., None], np.sin(angles)[..., None]
         for hinge in range(4):
             axis = int(np.abs(self.axes[hinge]).argmax())
+            if abs(self.axes[hinge, axis]) < UPRIGHT_AXIS:
+                direction, columns = _turned_about(
+                    self.axes[hinge], columns, cosine[..., hinge, :], sine[..., hinge, :]
+                )
+                yield direction, columns
+                continue
             sign = float(self.axes[hinge, axis])
             a, b = (axis + 1) % 3, (axis + 2) % 3
             c, s = cosine[..., hinge, :], sign * sine[..., hinge, :]
@@ -175,39 +200,64 @@ def candidates(limb: Limb, wanted: FloatArray) -> FloatArray:
         limb: its geometry.
         wanted: (T, 6) directions of both bones in the frame of the parent.
     """
-    x, y, z = wanted[:, :3].T
+    ahead, aside, up = wanted[:, :3].T
     out = np.empty((len(wanted), 4, 4))
     middle = (limb.low + limb.high) / 2
-    signs = np.array([limb.axes[0, 1], limb.axes[1, 0], limb.axes[2, 2]])
+    signs = np.sign(limb.axes[range(3), limb.order])
+    turn_about_z = limb.order.index(2)
     for branch in range(2):
-        tilt = np.arcsin(np.clip(y, -1, 1))
-        swing = np.arctan2(-x, -z)
+        tilt = np.arcsin(np.clip(aside, -1, 1))
+        swing = np.arctan2(-ahead, -up)
         if branch:
             tilt, swing = np.pi - tilt, swing + np.pi
         frame = _turn(np.array([0.0, 1.0, 0.0]), swing) @ _turn(np.array([1.0, 0.0, 0.0]), tilt)
         local = np.einsum("tji,tj->ti", frame, wanted[:, 3:])
         bent = 1.0 if middle[3] >= 0 else -1.0  # sign of a fold
-        fold = -limb.axes[3, 1] * bent  # elbows fold forward, knees backward
+        fold = -np.sign(limb.axes[3, 1]) * bent  # elbows fold forward, knees backward
         twist = np.arctan2(fold * local[:, 1], fold * local[:, 0])
         bend = np.arctan2(np.hypot(local[:, 0], local[:, 1]), -local[:, 2])
-        angles = np.stack([swing * signs[0], tilt * signs[1], twist * signs[2], bend * bent], axis=-1)
+        hinges = [swing, tilt, twist] if limb.order == (1, 0, 2) else _in_order(limb, frame, twist, branch)
+        angles = np.stack([hinges[0] * signs[0], hinges[1] * signs[1], hinges[2] * signs[2], bend * bent], axis=-1)
         angles[:, :3] = middle[:3] + (angles[:, :3] - middle[:3] + np.pi) % (2 * np.pi) - np.pi
         inside = np.clip(angles, limb.low, limb.high)
         out[:, 2 * branch] = out[:, 2 * branch + 1] = inside
         missed = np.abs(inside - angles) > 1e-9
-        other_end = np.where(angles[:, 2] < middle[2], limb.high[2], limb.low[2])
-        out[:, 2 * branch + 1, 2] = np.where(missed[:, 2], other_end, inside[:, 2])
+        z = turn_about_z
+        other_end = np.where(angles[:, z] < middle[z], limb.high[z], limb.low[z])
+        out[:, 2 * branch + 1, z] = np.where(missed[:, z], other_end, inside[:, z])
     # by the angle of the bones: the twist of a straight limb does not matter
     error = worst_angle(limb, out, wanted[:, None])
     best = error.argmin(axis=1)
     rows = np.arange(len(out))
     # a branch far outside the limits is not worth a search if another is inside
-    hopeless = (error > FAR) & (error[rows, best] < EXACT)[:, None]
+    hopeless = (error > FAR) & (error[rows, best] < EXACT)[:, None] & (not limb.leans)
     out = np.where(hopeless[..., None], out[rows, best][:, None], out)
     frames, which = np.nonzero((error > EXACT) & ~hopeless)
     if len(frames):
         out[frames, which] = _nearest(limb, out[frames, which], wanted[frames])
     return out
+
+
+def _in_order(limb: Limb, frame: FloatArray, twist: FloatArray, branch: int) -> list[FloatArray]:
+    """Angles (T,) about the axes of a limb's first three hinges, in their order, of the frame (T, 3, 3) twisted about z."""
+    turn = Rotation.from_matrix(frame @ _turn(np.array([0.0, 0.0, 1.0]), twist))
+    order = _EULER_ORDERS[limb.order]
+    first, second, third = turn.as_euler(order).T
+    if branch:  # the other solution
+        return [first + np.pi, np.pi - second, third + np.pi]
+    return [first, second, third]
+
+
+def _turned_about(
+    axis: FloatArray, columns: list[FloatArray], cosine: FloatArray, sine: FloatArray
+) -> tuple[FloatArray, list[FloatArray]]:
+    """A leaning axis (3,) in a frame with these columns, and the columns after a turn about it (Rodrigues)."""
+    direction = axis[0] * columns[0] + axis[1] * columns[1] + axis[2] * columns[2]
+    turned = [
+        cosine * column + sine * cross(direction, column) + (1 - cosine) * axis[number] * direction
+        for number, column in enumerate(columns)
+    ]
+    return direction, turned
 
 
 def _nearest(limb: Limb, angles: FloatArray, wanted: FloatArray, steps: int = 12) -> FloatArray:

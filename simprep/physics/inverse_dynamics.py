@@ -13,8 +13,8 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import lsq_linear, nnls
 
 from simprep.arrays import FloatArray
+from simprep.geoms import bearing_points
 from simprep.humanoid_model import GRAVITY
-from simprep.motion.kinematics import bearing_points
 from simprep.physics.bodies import scene_bodies
 from simprep.physics.reference import Reference
 

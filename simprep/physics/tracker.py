@@ -38,6 +38,7 @@ from simprep.physics.reference import Reference
 from simprep.physics.reference_line import PastReference, ReferenceLine
 from simprep.physics.run import DIVERGED, DONE, FELL, Assist, BodyRun, Run
 from simprep.physics.settings import SimulationSettings
+from simprep.physics.speed_guard import SpeedGuard
 from simprep.scene import build_scene
 
 CONTROLLERS = ("pd", "mpc")
@@ -131,6 +132,7 @@ class Tracker:
         self.model = settings.mismatch.world(self._scene)
         self._known = self.model if settings.mismatch == Mismatch() else build_scene(self._scene)
         self._bodies = scene_bodies(self.model, bodies)
+        self._guard = SpeedGuard(self.model, self._bodies)
         self._timestep = float(self.model.opt.timestep)
         self._lines = [ReferenceLine(one, self._timestep, settings.reference) for one in bodies]
         self._data = mujoco.MjData(self.model)
@@ -325,7 +327,8 @@ class Tracker:
     def _advance(self) -> None:
         assert self._brain is not None
         data, step, now = self._data, self._step, self._step - self._first
-        data.ctrl[:] = _targets(self._brain, now, self._observer.observe(data), data.ctrl.shape)
+        wanted = _targets(self._brain, now, self._observer.observe(data), data.ctrl.shape)
+        data.ctrl[:] = self._guard.limit(wanted, data)
         self._push.apply(data)
         before = perf_counter()
         mujoco.mj_step(self.model, data)
