@@ -1,9 +1,10 @@
 """`mpc`: servo targets corrected by receding-horizon sampling in a batch of simulations.
 
-Every `replan` seconds, a few iterations improve the offsets of the next `horizon` seconds. Each samples offsets around
-the last solution, simulates every sample from the current state, and combines the samples so that the errors against
-the reference get least (`simprep.physics.sampling`). Servo targets are feed-forward + offset. `mujoco.batch` gives the
-same bits at any thread count. Several bodies are sampled in the same simulations, in which they touch each other.
+Every `replan` seconds, a few iterations improve the offsets of the next `horizon` seconds; the first plan starts from
+nothing and gets more. Each samples offsets around the last solution, simulates every sample from the current state, and
+combines the samples so that the errors against the reference get least (`simprep.physics.sampling`). Servo targets are
+feed-forward + offset. `mujoco.batch` gives the same bits at any thread count. Several bodies are sampled in the same
+simulations, in which they touch each other.
 """
 
 from collections import deque
@@ -40,6 +41,7 @@ class MpcSettings:
         samples: simulations in a plan's first iteration.
         refined: simulations in every later one, which tries what the one before found.
         iterations: iterations per plan.
+        first_rounds: how often the first plan of all is improved by so many iterations; it starts from nothing.
         keep: best samples that enter the next plan's first iteration, moved on in time.
         shrink: factor on the noise from one iteration to the next.
         damping: of the steps that an iteration finds and the next one tries, as shares of the samples' mean effect.
@@ -58,11 +60,12 @@ class MpcSettings:
 
     timestep: float = 1 / 96
     horizon: float = 5 / 12
-    replan: float = 1 / 30
+    replan: float = 1 / 40
     knot_spacing: float = 0.1
-    samples: int = 30
-    refined: int = 12
+    samples: int = 22
+    refined: int = 10
     iterations: int = 2
+    first_rounds: int = 10
     keep: int = 4
     shrink: float = 0.7
     damping: tuple[float, ...] = (0.03, 0.1, 0.3, 1.0, 3.0)
@@ -92,7 +95,10 @@ class MpcSettings:
                 raise SettingError(f"mpc: {name} {getattr(self, name)} s; valid: above 0")
         if not self.damping or min(self.damping) <= 0:
             raise SettingError(f"mpc: damping {self.damping}; valid: one or more numbers above 0")
-        for name, least in (("iterations", 1), ("keep", 0), ("samples", self.keep + 3), ("refined", len(self.damping))):
+        least_of = {
+            "iterations": 1, "first_rounds": 1, "keep": 0, "samples": self.keep + 3, "refined": len(self.damping),
+        }  # fmt: skip
+        for name, least in least_of.items():
             if getattr(self, name) < least:
                 raise SettingError(f"mpc: {name} {getattr(self, name)}; valid: at least {least}")
 
@@ -178,7 +184,9 @@ class MpcController:
         """Servo targets for the coming step (see `Controller.target`); plans anew when due."""
         if self._planned_at < 0 or step - self._planned_at >= self._every:
             begin = perf_counter()
-            self._replan(step, self._predicted(data))
+            present = self._predicted(data)
+            for number in range(self._settings.first_rounds if self._planned_at < 0 else 1):
+                self._replan(step, present, number == 0)
             self._planned_at = step
             self.total_s += perf_counter() - begin
         targets = np.asarray(self._feedforward[step] + self._offsets[step - self._planned_at])
@@ -204,12 +212,12 @@ class MpcController:
             del record["common_search"]  # means nothing for one body
         return record
 
-    def _replan(self, step: int, data: mujoco.MjData) -> None:
+    def _replan(self, step: int, data: mujoco.MjData, moved: bool) -> None:
         s = self._settings
         frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
         feedforward = self._feedforward[frames][:, self._planner.controls]  # (steps, planned controls)
         for one in self._searches:
-            one.search.begin()
+            one.search.begin(moved)
         for iteration in range(s.iterations):
             tried = [one.search.sample(self._rng, iteration) for one in self._searches]
             control = np.repeat(feedforward[None], len(tried[0]), axis=0)

@@ -44,10 +44,15 @@ class OffsetSearch:
         self.plan = np.zeros((len(shift), len(std)))
         self._kept = np.zeros((0, *self.plan.shape))
 
-    def begin(self) -> None:
-        """Start a new plan: move the last one and its best samples on in time."""
-        self._kept = np.einsum("kl,nlj->nkj", self._shift, self._kept)
-        self.plan = self._shift @ self.plan
+    def begin(self, moved: bool = True) -> None:
+        """Start a new plan from the last one and its best samples.
+
+        Args:
+            moved: time has gone on since, so they are moved on.
+        """
+        if moved:
+            self._kept = np.einsum("kl,nlj->nkj", self._shift, self._kept)
+            self.plan = self._shift @ self.plan
         self._pool, self._costs = np.zeros((0, *self.plan.shape)), np.zeros(0)
         self._residuals, self._products = np.zeros((0, 0)), np.zeros((0, 0))
         self._steps = np.zeros((0, *self.plan.shape))

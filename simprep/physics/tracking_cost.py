@@ -30,8 +30,8 @@ class CostWeights:
     """
 
     position: float = 60.0
-    relative: float = 45.0
-    orientation: float = 3.0
+    relative: float = 200.0
+    orientation: float = 10.0
     velocity: float = 0.5
     spin: float = 0.05
     com_to_foot: float = 30.0

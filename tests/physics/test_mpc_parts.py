@@ -125,6 +125,23 @@ def test_a_step_from_few_samples_never_leaves_what_they_span_and_lowers_the_cost
     assert np.sum(residuals(search.plan[None]) ** 2) < costs[0].min()
 
 
+def test_rounds_without_time_between_them_find_what_one_cannot() -> None:
+    rng = np.random.default_rng(6)
+    response, constant = rng.standard_normal((100, 40)), rng.standard_normal(100)  # 40 unknowns, 28 samples a round
+    search = OffsetSearch(np.full((4, 4), 0.25), np.full(10, 0.1), replace(SEARCH, damping=(1e-9,)))
+    least = np.sum((response @ np.linalg.lstsq(response, -constant)[0] + constant) ** 2)
+    excess = []
+    for _ in range(12):
+        search.begin(moved=False)  # moving would average the knots
+        for iteration in range(2):
+            tried = search.sample(rng, iteration)
+            residuals = tried.reshape(len(tried), -1) @ response.T + constant
+            assert search.update(tried, residuals, np.zeros(len(tried), dtype=bool))
+        excess.append(np.sum((response @ search.plan.ravel() + constant) ** 2) - least)
+    assert np.all(np.diff(excess) < 1e-9)
+    assert excess[-1] < 1e-3 * excess[0]
+
+
 def test_failed_samples_count_for_nothing() -> None:
     rng = np.random.default_rng(5)
     response, constant = rng.standard_normal((30, 12)), rng.standard_normal(30)
