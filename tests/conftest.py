@@ -24,3 +24,12 @@ def data_dir() -> Path:
     if not folder.is_dir():
         pytest.skip(f"no motion capture at {folder}; set SIMPREP_TEST_DATA to the folder that holds it")
     return folder
+
+
+@pytest.fixture(scope="session")
+def g1_model(data_dir: Path) -> Path:
+    """MJCF of the Unitree G1 beside the motion capture; tests that need it skip where it is absent."""
+    model = data_dir.parent / "robots" / "unitree_g1" / "g1.xml"
+    if not model.is_file():
+        pytest.skip(f"no model of the Unitree G1 at {model}")
+    return model

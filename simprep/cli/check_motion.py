@@ -71,7 +71,7 @@ class CheckMotion(BaseCommand):
     def run(self) -> Any:
         """As every command; exit code 1 where the verdict is `fail`."""
         content = super().run()
-        if content["verdict"] == "fail":
+        if content.get("verdict") == "fail":
             sys.exit(CANNOT_BE_FOLLOWED)
         return content
 

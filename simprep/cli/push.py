@@ -36,7 +36,7 @@ class PushCommand(BaseCommand):
     """How long the force acts [s]."""
 
     segment: str = "pelvis"
-    """Segment that is pushed, at its centre of mass; a wrong name lists them."""
+    """Segment that is pushed, at its centre of mass, by its name or role; a wrong name lists them."""
 
     at: Annotated[float | None, tyro.conf.arg(metavar="SECONDS", help_behavior_hint="")] = None
     """Time in the motion at which the push begins [s]; default its middle (3 s of a loop)."""
@@ -75,7 +75,8 @@ class PushCommand(BaseCommand):
 
         motion = resolve_motion(self.motion, output.warn, self.library, self.robot)
         at = self._at(motion, DEFAULT_LOOP_S / 2 if motion.loop else motion.duration / 2)
-        wishes = (self.duration, self.segment, self.largest, self.tolerance, tuple(range(self.seeds)))
+        segment = motion.character.roles.get(self.segment, self.segment)
+        wishes = (self.duration, segment, self.largest, self.tolerance, tuple(range(self.seeds)))
         settings = PushSettings(at, tuple(360 * k / self.directions for k in range(self.directions)), *wishes)
         # a loop goes on as long as the push needs, within reason
         seconds = min(max(DEFAULT_LOOP_S, at + self.duration + AFTER_S), 600.0) if motion.loop else None

@@ -47,6 +47,8 @@ class Leg:
 
 
 _AXES = (1, 0, 2, 1, 1, 0)
+LEVEL_FOOT = 1 - 1e-5
+"""Real part of the quaternion of a foot that is level in the reference pose; below it, it leans by half a degree."""
 
 
 @lru_cache(maxsize=16)
@@ -67,6 +69,11 @@ def legs(character: Character = humanoid()) -> tuple[Leg, Leg]:
             raise SettingError(
                 f"character {character.name!r}: the joints of its {side} leg are {', '.join(names)}; the inverse kinematics "
                 "needed here is for hip joints about y, x and z, a knee, and an ankle about y and x, in this order"
+            )
+        foot = character.frames.get(f"{side}_foot")
+        if foot is not None and abs(foot[2][0]) < LEVEL_FOOT:
+            raise SettingError(
+                f"character {character.name!r}: the frame of its {side} foot is not level when it stands, which is needed here"
             )
         joints = [model.joint(name) for name in names]
         geoms = [model.geom(name) for name in soles]

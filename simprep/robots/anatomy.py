@@ -300,7 +300,7 @@ class _Finder:
             if f"{side}_shoulder_{turn}" in self.movements
         }
         first, last = shoulder.get("flexion", min(shoulder.values())), shoulder.get("rotation", max(shoulder.values()))
-        centre = nearest_point(self.data, first, last)
+        centre = nearest_point(*(at[joint] for joint in (first, last) for at in (self.data.xanchor, self.data.xaxis)))
         forearm = int(model.jnt_bodyid[elbow])
 
         def bones(joints: Sequence[int], angles: FloatArray) -> tuple[FloatArray, FloatArray]:

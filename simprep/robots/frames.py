@@ -20,8 +20,9 @@ _TRUNK = {"abdomen": "lumbar", "thorax": "lumbar", "neck": "neck", "head": "head
 def joint_centres(model: mujoco.MjModel, description: RobotDescription) -> Mapping[str, Frame]:
     """Frames of the roles (`Character.frames`), parallel to the world in the reference pose.
 
-    A hip or shoulder is the point on its flexion axis that is nearest to its rotation axis, carried by pelvis or thorax. Of several
-    joints of an ankle, wrist or waist the last tells the centre. The pelvis is in the middle between the hips.
+    A hip or shoulder is the point on its flexion axis right above knee or elbow, carried by pelvis or thorax: the limb then
+    hangs down from it. Of several joints of an ankle, wrist or waist the last tells the centre. The pelvis is in the middle
+    between the hips.
 
     Args:
         model: of `simprep.robots.model.build_robot`.
@@ -46,9 +47,12 @@ def joint_centres(model: mujoco.MjModel, description: RobotDescription) -> Mappi
             ball, carrier = _BALLS[part]
             named = joints([f"{side}_{ball}_{turn}" for turn in ("flexion", "abduction", "rotation")])
             if named:
-                flexion = joints([f"{side}_{ball}_flexion"]) or named
-                rotation = joints([f"{side}_{ball}_rotation"]) or named[-1:]
-                at[role] = _carrier(model, description, carrier, named[0]), nearest_point(data, flexion[0], rotation[0])
+                flexion = (joints([f"{side}_{ball}_flexion"]) or named)[0]
+                below = joints([f"{side}_{'knee' if part == 'thigh' else 'elbow'}_flexion"]) or named[-1:]
+                centre = nearest_point(
+                    data.xanchor[flexion], data.xaxis[flexion], data.xanchor[below[0]], np.array([0.0, 0.0, 1.0])
+                )
+                at[role] = _carrier(model, description, carrier, named[0]), centre
             else:
                 at[role] = number, data.xpos[number]
         else:
@@ -71,14 +75,20 @@ def _carrier(model: mujoco.MjModel, description: RobotDescription, role: str, fi
     )
 
 
-def nearest_point(data: mujoco.MjData, first: int, second: int) -> FloatArray:
-    """Point on one joint's axis that is nearest to another's (3,), world [m]; its anchor if they are parallel."""
-    a, b = data.xaxis[first], data.xaxis[second]
-    normal = np.cross(a, b)
+def nearest_point(point: FloatArray, axis: FloatArray, other: FloatArray, other_axis: FloatArray) -> FloatArray:
+    """Point (3,) on a line that is nearest to another one; the line's own point if they are parallel.
+
+    Args:
+        point: (3,) on the line.
+        axis: (3,) its direction (unit).
+        other: (3,) on the other line.
+        other_axis: (3,) its direction (unit).
+    """
+    normal = np.cross(axis, other_axis)
     if normal @ normal < 0.01:
-        return np.array(data.xanchor[first])
-    along = np.cross(data.xanchor[second] - data.xanchor[first], b) @ normal / (normal @ normal)
-    return np.asarray(data.xanchor[first] + along * a)
+        return np.array(point)
+    along = np.cross(other - point, other_axis) @ normal / (normal @ normal)
+    return np.asarray(point + along * axis)
 
 
 def _in_body(model: mujoco.MjModel, data: mujoco.MjData, body: int, place: FloatArray) -> Frame:

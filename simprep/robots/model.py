@@ -13,7 +13,7 @@ import mujoco
 import numpy as np
 
 from simprep.arrays import FloatArray
-from simprep.character import SIDES
+from simprep.character import NEEDED_ROLES, SIDES
 from simprep.errors import RobotFileError, UnknownNameError
 from simprep.robots.description import RobotDescription, matches
 from simprep.robots.soles import MOST_POINTS, simplified, sole_outline
@@ -83,8 +83,12 @@ def check_names(mjcf: str, source: mujoco.MjModel, description: RobotDescription
     """Check that bodies, joints and geoms of a description are in the model, and that joints are limited.
 
     Raises:
-        RobotFileError: a name is not; the message lists the valid ones. Or a joint without limits.
+        RobotFileError: a name is not; the message lists the valid ones. Or a needed role is missing, or a joint has no
+            limits.
     """
+    lacking = [role for role in NEEDED_ROLES if role not in description.roles]
+    if lacking:
+        raise RobotFileError(description.path, f"no role {lacking[0]!r}; needed: {', '.join(NEEDED_ROLES)}")
     hinges = hinge_names(source)
     bodies = [source.body(number).name for number in range(1, source.nbody)]
     geoms = [source.geom(number).name for number in range(source.ngeom)]

@@ -178,7 +178,8 @@ def test_every_command_has_json_and_quiet(words, kind, monkeypatch, capsys):
         words[-1]
     )
     if needed is None:
-        needed = ["x"] if words[-1] in ("track", "push", "import", "join", "label", "analyse", "show") else []
+        takes_one = ("track", "push", "import", "check-motion", "join", "label", "analyse", "show", "describe")
+        needed = ["x"] if words[-1] in takes_one else []
     printed = {}
     for flags in ([], ["--quiet"], ["--json"], ["--json", "--quiet"]):
         assert main([*words, *needed, *flags]) == 0

@@ -21,8 +21,6 @@ from simprep.robots.load import load_robot
 from simprep.robots.resolve import shipped_robots
 from simprep.robots.source import read_robot_model
 
-G1 = Path(__file__).resolve().parents[3] / "shared" / "robots" / "unitree_g1" / "g1.xml"
-
 
 def random_poses(robot: simprep.Character, count: int = 5) -> np.ndarray:
     rng = np.random.default_rng(7)
@@ -230,9 +228,8 @@ def test_shipped_descriptions_are_complete(name: str) -> None:
     assert len(set(known.movements.values())) == len(known.movements)
 
 
-@pytest.mark.skipif(not G1.is_file(), reason="no Unitree G1 model beside the checkout")
-def test_the_g1_is_found_by_its_joints_and_walks(data_dir: Path) -> None:
-    robot = load_robot(G1)
+def test_the_g1_is_found_by_its_joints_and_walks(data_dir: Path, g1_model: Path) -> None:
+    robot = load_robot(g1_model)
     assert robot.name == "unitree_g1"
     assert len(robot.joints) == 29
     assert robot.torque_limits[robot.joint("left_knee_joint")] == 139
