@@ -3,7 +3,6 @@
 import json
 import subprocess
 import sys
-from time import perf_counter
 from typing import get_args
 
 import numpy as np
@@ -31,19 +30,14 @@ def arm_raise(tmp_path):
     return save_motion(motion, tmp_path / "arm_raise.npz")
 
 
-def test_help_is_light_and_fast():
+def test_help_loads_nothing_heavy():
     heavy = ["numpy", "scipy", "mujoco", "pysindy", "matplotlib", "PIL"]
     code = (
         "import sys; from simprep.cli.main import main; assert main(['--help']) == 0; "
         f"print('LOADED', [name for name in {heavy!r} if name in sys.modules])"
     )
-    times = []
-    for _ in range(3):
-        begin = perf_counter()
-        done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-        times.append(perf_counter() - begin)
-        assert done.stdout.strip().endswith("LOADED []")
-    assert min(times) < 1.0
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip().endswith("LOADED []")
 
 
 @pytest.mark.parametrize(("former", "present"), [("analyze", "analyse"), ("example", "synthetic")])
