@@ -11,6 +11,8 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from simprep.character import Character as Character
+    from simprep.check.motion_check import MotionCheck as MotionCheck
+    from simprep.check.motion_check import check_motion as check_motion
     from simprep.controller.policy import Policy as Policy
     from simprep.controller.policy import read_policy as read_policy
     from simprep.controller.policy import save_policy as save_policy
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     from simprep.metrics.metric import Metric as Metric
     from simprep.metrics.metric import Metrics as Metrics
     from simprep.metrics.metric import metrics_table as metrics_table
+    from simprep.motion.export import export_motion as export_motion
     from simprep.motion.load import ImportReport as ImportReport
     from simprep.motion.load import ImportResult as ImportResult
     from simprep.motion.load import import_motion as import_motion
@@ -80,6 +83,7 @@ _EXPORTS = {
     "Metrics": "simprep.metrics.metric",
     "MissingExtraError": "simprep.errors",
     "Motion": "simprep.motion.motion",
+    "MotionCheck": "simprep.check.motion_check",
     "MotionError": "simprep.errors",
     "MotionFileError": "simprep.errors",
     "Kick": "simprep.physics.pushes",
@@ -99,8 +103,10 @@ _EXPORTS = {
     "UnknownNameError": "simprep.errors",
     "analyse": "simprep.duel.analysis",
     "begin_fight": "simprep.duel.fight.modes",
+    "check_motion": "simprep.check.motion_check",
     "evaluate_motion": "simprep.metrics.evaluate",
     "evaluate_run": "simprep.metrics.evaluate",
+    "export_motion": "simprep.motion.export",
     "fight_model": "simprep.duel.fight.default_model",
     "humanoid": "simprep.humanoid_model",
     "import_motion": "simprep.motion.load",

@@ -44,10 +44,15 @@ def write_archive(path: str | Path, header: Mapping[str, Any], arrays: Mapping[s
     path = Path(path)
     if path.suffix != ".npz":
         path = path.with_name(path.name + ".npz")
-    parts: dict[str, Any] = {"header": np.array(json.dumps(header)), **arrays}
     with atomic_path(path) as temporary, temporary.open("wb") as stream:
-        np.savez_compressed(stream, **parts)
+        write_parts(stream, header, arrays)
     return path
+
+
+def write_parts(stream: IO[bytes], header: Mapping[str, Any], arrays: Mapping[str, ArrayLike]) -> None:
+    """Write a header and arrays to a stream; arguments as for `write_archive`."""
+    parts: dict[str, Any] = {"header": np.array(json.dumps(header)), **arrays}
+    np.savez_compressed(stream, **parts)
 
 
 @contextmanager

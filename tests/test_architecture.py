@@ -8,7 +8,19 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "simprep"
-FLOW = ("motion", "physics", "library", "preparation", "controller", "duel", "metrics", "report", "study", "cli")
+FLOW = (
+    "motion",
+    "physics",
+    "library",
+    "preparation",
+    "controller",
+    "duel",
+    "metrics",
+    "report",
+    "check",
+    "study",
+    "cli",
+)
 BASE = (
     "archive",
     "arrays",

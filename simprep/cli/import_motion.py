@@ -14,14 +14,15 @@ from simprep.errors import MotionFileError
 class Import(BaseCommand):
     """Retarget a motion file onto the humanoid or a robot, set its feet on the floor, and write it as .npz.
 
-    Reads BVH, Acclaim (.amc with its .asf beside it) and DeepMimic clips. What the file does not state (vertical axis,
-    length unit, meaning of joint names) is found, and reported; the options below override it.
+    Reads BVH, Acclaim (.amc with its .asf beside it), DeepMimic, AMASS and SMPL, TRC, C3D, OpenSim's MOT and CSV of joint
+    angles (docs/formats.md), recognised by content. What the file does not state (vertical axis, length unit, meaning of
+    joint names) is found, and reported; the options below override it.
 
     Example: simprep import walk.bvh -o walk.npz
     """
 
     file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FILE", help_behavior_hint="")]
-    """The motion file: .bvh, .amc, .txt or .json (DeepMimic), or .npz of simprep or a folder with one."""
+    """The motion file, or a folder with one .npz of simprep."""
 
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="OUT", help_behavior_hint="")] = None
     """The .npz file to write; default: the file's name, in the current folder."""
@@ -40,6 +41,15 @@ class Import(BaseCommand):
     joint_map: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
     """JSON object {"our part": "joint of the file"} for joints that are not recognised by their names."""
 
+    file_fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
+    """Frames per second of the file, where it does not state them, or states wrong ones."""
+
+    body_model: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
+    """SMPL body model (.npz) of yours, for the bones of AMASS files; default: those of a mean body."""
+
+    clip: Annotated[str | None, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = None
+    """Which clip of a file with several."""
+
     strict: bool = False
     """Make a doubtful result an error: a limb that points elsewhere than the file's though the body could (by more than
     5 deg in 5 % of the frames, or 15 deg in one), or that is out of its reach for long. Nothing is written then."""
@@ -56,7 +66,17 @@ class Import(BaseCommand):
 
         file = find_archive(self.file, "simprep motion", SCHEMA)
         body = resolve_robot(self.robot)
-        result = import_motion(file, self.fps, self.up, self.scale, self.joint_map, body or humanoid())
+        result = import_motion(
+            file,
+            self.fps,
+            self.up,
+            self.scale,
+            self.joint_map,
+            body or humanoid(),
+            self.file_fps,
+            self.body_model,
+            self.clip,
+        )
         if body is not None and result.motion.character != body:
             result = onto(result.motion, body, lambda _: None)  # its report is shown below
         if self.strict and result.report.doubtful:
@@ -70,7 +90,7 @@ class Import(BaseCommand):
             raise MotionFileError(target, f"cannot be written ({error.strerror})") from None
         report = result.report
         output.say(
-            f"{file.name}: {report.frames} frames at {report.fps:g} per second, {report.duration_s:.2f} s; "
+            f"{file.name}: {report.recognised}; {report.frames} frames at {report.fps:g} per second, {report.duration_s:.2f} s; "
             f"{report.up} up, {report.scale:.4g} m per unit; mean joint distance to the source {report.residual_mm:.1f} mm"
             + (
                 f" ({report.check.worst_residual_mm:.1f} in frame {report.check.worst_residual_frame})"

@@ -10,6 +10,8 @@ import tyro
 from simprep import __version__
 from simprep.cli import duel, library, output, robot
 from simprep.cli.approach import Approach
+from simprep.cli.check_motion import CheckMotion
+from simprep.cli.convert import Convert
 from simprep.cli.fight import FightCommand
 from simprep.cli.graph import Graph
 from simprep.cli.import_motion import Import
@@ -27,6 +29,8 @@ Command = (
     | Annotated[Track, tyro.conf.subcommand("track")]
     | Annotated[PushCommand, tyro.conf.subcommand("push")]
     | Annotated[Import, tyro.conf.subcommand("import")]
+    | Annotated[Convert, tyro.conf.subcommand("convert")]
+    | Annotated[CheckMotion, tyro.conf.subcommand("check-motion")]
     | Annotated[duel.Duel, tyro.conf.subcommand("duel", description=duel.DESCRIPTION)]
     | Annotated[FightCommand, tyro.conf.subcommand("fight")]
     | Annotated[Graph, tyro.conf.subcommand("graph")]

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from simprep.motion.load import ImportResult
     from simprep.motion.motion import Motion
 
-FILE_TYPES = (".npz", ".bvh", ".amc (with its .asf beside it)", ".json")
 DEFAULT_LOOP_S = 6.0
 
 
@@ -48,7 +47,9 @@ def resolve_motion(
     except UnknownNameError as error:
         if Path(text).is_dir():  # after the names: a folder called `walk` does not hide the walk
             return _imported(text, body, warn)
-        choices = (*error.choices, f"or the path of a file: {', '.join(FILE_TYPES)}")
+        from simprep.motion.formats.registry import readable
+
+        choices = (*error.choices, f"or the path of a file: {readable()}")
         raise UnknownNameError("motion", text, choices) from None
     motion = entry.generate()
     return motion if body is None else onto(motion, body, warn).motion

@@ -34,8 +34,8 @@ class Track(BaseCommand):
     """
 
     motion: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="MOTION", help_behavior_hint="")]
-    """A motion of the library (`simprep library list` lists them) or a motion file (.npz, .bvh, .amc, .json), or a folder with
-    one .npz motion."""
+    """A motion of the library (`simprep library list` lists them) or a motion file (docs/formats.md), or a folder with one
+    .npz motion."""
 
     controller: Literal["mpc", "pd"] = "mpc"
     """mpc: servo targets corrected by receding-horizon sampling; pd: servos to the motion, nothing else."""

@@ -23,12 +23,14 @@ from simprep.errors import MotionFileError, SettingError, SimprepError, UnknownN
 from simprep.library.cache import cached_motion
 from simprep.library.entry import FAMILIES, Entry, is_name
 from simprep.library.registry import library_entries, library_motion
+from simprep.motion.formats.registry import read_suffixes
 from simprep.motion.load import load_motion
 from simprep.motion.motion import Motion
 
 ENVIRONMENT = "SIMPREP_LIBRARY"
 """Environment variable that names the folder."""
-CLIP_SUFFIXES = (".npz", ".bvh", ".amc", ".txt", ".json")
+CLIP_SUFFIXES = tuple(suffix for suffix in read_suffixes() if suffix != ".asf")
+"""Extensions of motion files; an .asf only belongs to one."""
 KEYS = ("family", "terms", "name", "summary", "events", "fps", "up", "scale", "joint_map")
 _EXAMPLE_TERMS = 'such as terms = "my own recording" or "CC BY 4.0"'
 

@@ -27,13 +27,13 @@ ROLES = ("neck", "head", *(f"{side}_{part}" for side in SIDES for part in (*LIMB
 
 # words of a name without its side; the first word that some joint has wins
 _WORDS: dict[str, tuple[str, ...]] = {
-    "thigh": ("upleg", "upperleg", "thigh", "thighbend", "femur", "hip", "buttock"),
-    "shank": ("lowerleg", "lowleg", "calf", "shin", "shank", "tibia", "knee", "leg"),
-    "foot": ("ankle", "foot"),
-    "toe": ("toebase", "toe", "toes", "ball", "foot"),
-    "upper_arm": ("upperarm", "uparm", "humerus", "shldrbend", "shldr", "arm", "shoulder"),
-    "forearm": ("forearm", "forearmbend", "lowerarm", "lowarm", "radius", "elbow"),
-    "hand": ("hand", "wrist"),
+    "thigh": ("upleg", "upperleg", "thigh", "thighbend", "femur", "hip", "buttock", "hjc"),
+    "shank": ("lowerleg", "lowleg", "calf", "shin", "shank", "tibia", "knee", "leg", "kjc"),
+    "foot": ("ankle", "foot", "ajc"),
+    "toe": ("toebase", "toe", "toes", "ball", "foot", "bigtoe"),
+    "upper_arm": ("upperarm", "uparm", "humerus", "shldrbend", "shldr", "arm", "shoulder", "sjc"),
+    "forearm": ("forearm", "forearmbend", "lowerarm", "lowarm", "radius", "elbow", "ejc"),
+    "hand": ("hand", "wrist", "wjc"),
     "hand_tip": ("handindex", "index", "handmiddle", "mid", "middle", "fingers", "fingerbase", "finger"),
 }
 _TRUNK_WORDS: dict[str, tuple[str, ...]] = {"neck": ("lowerneck", "necklower", "neck", "necktwist"), "head": ("head",)}

@@ -1,8 +1,8 @@
-"""Loading a motion from any file: simprep's .npz, BVH, Acclaim, DeepMimic."""
+"""Loading a motion from any file of a format in `simprep.motion.formats.registry`."""
 
 import warnings
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +10,14 @@ from simprep.archive import find_archive
 from simprep.character import Character
 from simprep.errors import MotionError, MotionFileError, SettingError
 from simprep.humanoid_model import humanoid, humanoid_of_leg
+from simprep.motion.formats.format import DEFAULT_OPTIONS, ReadMotion, ReadOptions
+from simprep.motion.formats.registry import recognise
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.formats.text import MAX_FILE_BYTES
 from simprep.motion.import_check import ImportCheck, check_import
-from simprep.motion.motion import Motion
-from simprep.motion.store import SCHEMA, read_motion
-
-READABLE = ".npz, .bvh, .amc (with its .asf), .txt or .json (DeepMimic)"
+from simprep.motion.joint_map import read_joint_map
+from simprep.motion.motion import MAX_FPS, MIN_FPS, Motion
+from simprep.motion.store import SCHEMA
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class ImportReport:
         up: the file's vertical axis.
         scale: metres per file unit.
         warnings: everything that was decided, adapted or left out.
+        recognised: what the file is, by its content.
     """
 
     frames: int
@@ -40,6 +42,7 @@ class ImportReport:
     up: str
     scale: float
     warnings: tuple[str, ...]
+    recognised: str = ""
 
     @property
     def residual_mm(self) -> float:
@@ -75,6 +78,9 @@ def load_motion(
     scale: float | None = None,
     joint_map: Mapping[str, str] | str | Path | None = None,
     character: Character = humanoid(),
+    file_fps: float | None = None,
+    body_model: str | Path | None = None,
+    clip: str | None = None,
 ) -> Motion:
     """Load a motion file and retarget it onto a character, its feet on the floor z = 0.
 
@@ -82,18 +88,20 @@ def load_motion(
     gives the whole report.
 
     Args:
-        path: .npz written by simprep or a folder with one, .bvh, .amc with its .asf beside it, or a DeepMimic
-            .txt/.json.
+        path: a motion file of any format that is read (docs/formats.md), or a folder with one .npz of simprep.
         fps: output frame rate [1/s]; None: the file's, at most 60.
         up: the file's vertical axis, `x`, `y` or `z`; None to find it.
         scale: metres per file unit; None to find it.
         joint_map: our parts to the file's joint names, or a JSON file with that; for foreign names.
-        character: who moves (an .npz keeps its own).
+        character: who moves (a file that states its character keeps it).
+        file_fps: frame rate of the file, where its format does not state it, or states a wrong one [1/s].
+        body_model: SMPL body model (.npz) for the bones of AMASS files; None for a mean body.
+        clip: which clip of a file with several; None if there is only one.
 
     Raises:
         SimprepError: the file or a setting cannot be used; the message says why and what is valid.
     """
-    result = import_motion(path, fps, up, scale, joint_map, character)
+    result = import_motion(path, fps, up, scale, joint_map, character, file_fps, body_model, clip)
     if result.report.doubtful:
         warnings.warn(f"{path}: doubtful import: {result.report.warnings[0]}", stacklevel=2)
     return result.motion
@@ -106,16 +114,55 @@ def import_motion(
     scale: float | None = None,
     joint_map: Mapping[str, str] | str | Path | None = None,
     character: Character = humanoid(),
+    file_fps: float | None = None,
+    body_model: str | Path | None = None,
+    clip: str | None = None,
 ) -> ImportResult:
     """Load a motion file with a report; arguments and errors as for `load_motion`."""
     path = find_archive(path, "simprep motion", SCHEMA)
+    if isinstance(joint_map, str | Path):
+        joint_map = read_joint_map(joint_map)
+    if file_fps is not None and not MIN_FPS <= file_fps <= MAX_FPS:
+        raise SettingError(f"frame rate of the file {file_fps} 1/s; valid: {MIN_FPS:g} to {MAX_FPS:g}")
+    model = None if body_model is None else Path(body_model)
+    content, recognised = read_file(path, ReadOptions(character, file_fps, model, joint_map, clip))
+    if isinstance(content, ReadMotion):
+        if up is not None or scale is not None:
+            content = replace(
+                content, notes=(*content.notes, "taken as it is: vertical axis and scale are not applied")
+            )
+        result = as_it_is(content, fps)
+    else:
+        clips = [content]
+        del content  # so that retargeting can let go of what may be hundreds of megabytes
+        result = retarget_clip(clips.pop(), fps, up, scale, joint_map, character)
+    return replace(result, report=replace(result.report, recognised=recognised))
+
+
+def read_file(path: Path, options: ReadOptions = DEFAULT_OPTIONS) -> tuple[SourceClip | ReadMotion, str]:
+    """Read a motion file of any format, before any retargeting; also what was recognised, in words.
+
+    Raises:
+        MotionFileError: missing, too large, of no known format, or malformed.
+    """
     if not path.is_file():
         raise MotionFileError(path, "no such file")
     if path.stat().st_size > MAX_FILE_BYTES:
         raise MotionFileError(path, f"larger than {MAX_FILE_BYTES // 10**6} MB")
-    if path.suffix.lower() == ".npz":
-        return _own(path, fps)
-    return retarget_clip(read_source(path), fps, up, scale, joint_map, character)
+    form, recognised = recognise(path)
+    assert form.read is not None
+    return _at_rate(form.read(path, options), options.file_fps), recognised
+
+
+def _at_rate(content: SourceClip | ReadMotion, fps: float | None) -> SourceClip | ReadMotion:
+    """What was read at the frame rate that the user says the file has, whatever it states."""
+    stated = content.motion.fps if isinstance(content, ReadMotion) else content.fps
+    if fps is None or abs(fps - stated) < 1e-6 * fps:
+        return content
+    notes = (*content.notes, f"the file states {stated:g} frames/s; taken as {fps:g}, as asked for")
+    if isinstance(content, ReadMotion):
+        return replace(content, motion=replace(content.motion, fps=fps), notes=notes)
+    return replace(content, fps=fps, notes=notes)
 
 
 def retarget_clip(
@@ -140,15 +187,18 @@ def retarget_clip(
         keep_travel: do not scale the path over the floor by the length of the legs.
     """
     from simprep.motion.ground import place_on_floor
-    from simprep.motion.joint_map import find_joints, read_joint_map
+    from simprep.motion.joint_map import find_joints
     from simprep.motion.normalise import leg_length, normalise
     from simprep.motion.targets import build_targets
 
-    path = clip.path
+    path, title, names = clip.path, clip.format, clip.names
     if isinstance(joint_map, str | Path):
         joint_map = read_joint_map(joint_map)
+    if clip.by_part:
+        joint_map = None
     joints = find_joints(path, clip.names, clip.parents, joint_map)
     source = normalise(clip, joints, fps, up, scale)
+    del clip
     if character is None:
         try:
             character = humanoid_of_leg(leg_length(source.clip.positions, joints))
@@ -158,59 +208,50 @@ def retarget_clip(
             ) from None
     body = character.skeleton
     targets = build_targets(source, joints, body, keep_travel)
+    rate, decided, up, scale = source.clip.fps / source.stride, source.warnings, source.up, source.scale
+    del source
     try:
         placed = place_on_floor(targets, body)
     except MotionError as error:
         raise MotionFileError(path, str(error)) from None
     motion = Motion(
         qpos=placed.qpos,
-        fps=source.clip.fps / source.stride,
+        fps=rate,
         contacts=placed.contacts,
         name=path.stem,
-        source=f"{clip.format} file {path.name}",
+        source=f"{title} file {path.name}",
         loop=targets.step is not None,
         character=character,
     )
     check = check_import(placed.qpos, placed.unsettled, targets.output(), body)
-    notes = [*check.warnings, *source.warnings, *targets.warnings, *placed.warnings]
+    notes = [*check.warnings, *decided, *targets.warnings, *placed.warnings]
     if joints.unused:
         shown = ", ".join(joints.unused[:12]) + (", ..." if len(joints.unused) > 12 else "")
         notes.append(
-            f"{len(joints.unused)} of {sum(not name.endswith('_end') for name in clip.names)} joints drive nothing: {shown}"
+            f"{len(joints.unused)} of {sum(not name.endswith('_end') for name in names)} joints drive nothing: {shown}"
         )
-    report = ImportReport(len(motion), motion.fps, motion.duration, check, source.up, source.scale, tuple(notes))
+    report = ImportReport(len(motion), motion.fps, motion.duration, check, up, scale, tuple(notes))
     return ImportResult(motion, report)
 
 
 def read_source(path: Path) -> SourceClip:
-    """Read a foreign motion file by its extension.
+    """Read a foreign skeleton's motion, of a format that is recognised by content.
 
     Raises:
-        MotionFileError: unknown extension, or the file is malformed.
+        MotionFileError: unknown format, malformed, or joint angles of a character of ours.
     """
-    suffix = path.suffix.lower()
-    if suffix in (".txt", ".json"):
-        from simprep.motion.formats.deepmimic import read_deepmimic
-
-        return read_deepmimic(path)
-    if suffix == ".bvh":
-        from simprep.motion.formats.bvh import read_bvh
-
-        return read_bvh(path)
-    if suffix == ".amc":
-        from simprep.motion.formats.acclaim import read_acclaim
-
-        return read_acclaim(path)
-    if suffix == ".asf":
-        raise MotionFileError(path, "an Acclaim skeleton without motion; valid: its .amc file")
-    raise MotionFileError(path, f"unknown extension {suffix!r}; valid: {READABLE}")
+    content, recognised = read_file(path)
+    if isinstance(content, ReadMotion):
+        raise MotionFileError(path, f"{recognised}, not a foreign skeleton; import it first")
+    return content
 
 
-def _own(path: Path, fps: float | None) -> ImportResult:
+def as_it_is(content: ReadMotion, fps: float | None) -> ImportResult:
+    """A motion of ours as the result of an import, at another frame rate if one is given [1/s]."""
     from simprep.motion.edit import resample
 
-    motion = read_motion(path)
+    motion = content.motion
     if fps is not None:
         motion = resample(motion, fps)
-    report = ImportReport(len(motion), motion.fps, motion.duration, None, "z", 1.0, ())
+    report = ImportReport(len(motion), motion.fps, motion.duration, None, content.up, content.scale, content.notes)
     return ImportResult(motion, report)

@@ -107,27 +107,32 @@ def normalise(
         if _stands(turned[0], joints):
             reference = turned
             break
+    _check_travel(clip, joints, scale)
+    wanted = fps or clip.fps
+    if fps is None and clip.fps > WORKING_FPS * 1.001:
+        wanted = working_rate(clip.fps)
+        warnings.append(f"frame rate reduced from {clip.fps:g} to {wanted:g} 1/s (--fps chooses another)")
+    clip, stride = _resample(clip, joints, wanted)  # first, since it leaves frames out
     clip = replace(
         clip,
         positions=clip.positions @ turn.T * scale,
-        rotations=turn @ clip.rotations,
+        # joint by joint, as readers lay them in memory
+        rotations=np.swapaxes(turn @ np.swapaxes(clip.rotations, 0, 1), 0, 1),
         rest_positions=clip.rest_positions @ turn.T * scale,
         rest_rotations=turn @ clip.rest_rotations,
         step=None if clip.step is None else turn @ clip.step * scale,
     )
-    _check_travel(clip, joints)
-    wanted = fps or clip.fps
-    if fps is None and clip.fps > WORKING_FPS * 1.001:
-        # an integer fraction of the file's rate keeps original frames
-        wanted = clip.fps / np.ceil(clip.fps / WORKING_FPS - 1e-3)
-        warnings.append(f"frame rate reduced from {clip.fps:g} to {wanted:g} 1/s (--fps chooses another)")
-    clip, stride = _resample(clip, joints, wanted)
     return Normalised(clip, reference, up, scale, tuple(warnings), stride)
 
 
-def _check_travel(clip: SourceClip, joints: JointMap) -> None:
-    """Refuse roots that no person moves like: damaged numbers."""
-    root = clip.positions[:, joints.trunk[0]]
+def working_rate(fps: float) -> float:
+    """Rate of the result by default: at most `WORKING_FPS`, an integer fraction of the file's, which keeps its frames [1/s]."""
+    return fps / max(1.0, float(np.ceil(fps / WORKING_FPS - 1e-3)))
+
+
+def _check_travel(clip: SourceClip, joints: JointMap, scale: float) -> None:
+    """Refuse roots that no person moves like: damaged numbers; `scale` are metres per file unit."""
+    root = clip.positions[:, joints.trunk[0]] * scale
     far = np.linalg.norm(root, axis=-1)
     if far.max() > FARTHEST_M:
         frame = int(np.argmax(far))

@@ -1,19 +1,22 @@
-"""Inverse kinematics of whole clips with `mink`: our joints to their targets, within their limits, above the floor."""
+"""Inverse kinematics of whole clips: our joints to their targets, within their limits, above the floor.
+
+Every frame is a small quadratic programme, iterated until it settles. The clip is cut into parts, of which one frame each is
+solved at a time, so that numpy works on many poses at once.
+"""
 
 from dataclasses import dataclass
-from typing import Any
 
-import mink
 import mujoco
 import numpy as np
 
-from simprep.arrays import BoolArray, FloatArray
+from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.character import ROLES, SIDES, Character
 from simprep.errors import MotionError
-from simprep.geoms import bearing_points
 from simprep.motion.closed_form import closed_form
 from simprep.motion.foot_stance import knee_offset
-from simprep.motion.targets import ORIENTED, Targets, unit
+from simprep.motion.retarget_problem import PLACE, ROWS, TURN, Equations, Floor, Pose, rotation_vectors
+from simprep.motion.rotations import multiply_quat
+from simprep.motion.targets import Targets, unit
 
 LARGEST_STEP = 0.5
 """Largest turn of anything in one step; larger steps are shortened [rad]."""
@@ -21,17 +24,15 @@ FULL_STEPS = 4
 """Number of whole steps. Further ones are halved: where spine joints turn against each other, whole ones oscillate."""
 UNBOUNDED = 1e30
 """No bound, to the solver."""
+PART = 16
+"""Frames that are solved one after the other, at least: each starts from the one before it."""
+MOST_PARTS = 128
+FIRST = 0.1
+"""Share of the tolerances for the first frame of a part, which starts from nothing but its closed form."""
 
-PLACE = {role: slice(3 * number, 3 * number + 3) for number, role in enumerate(ROLES)}
-"""Rows of a body's position in the stacked error."""
-TURN = {
-    ROLES[index]: slice(3 * (len(ROLES) + number), 3 * (len(ROLES) + number) + 3)
-    for number, index in enumerate(ORIENTED)
-}
-"""Rows of a body's rotation vector, world axes: the first two tilt it, the third is its heading."""
 TILT = {role: slice(rows.start, rows.start + 2) for role, rows in TURN.items()}
 HEADING = {role: rows.start + 2 for role, rows in TURN.items()}
-ROWS = 3 * (len(ROLES) + len(ORIENTED))
+FEET = [number for number, role in enumerate(TURN) if role.endswith("foot")]
 FEET_TURN = slice(TURN["left_foot"].start, TURN["right_foot"].stop)
 
 
@@ -94,14 +95,19 @@ class Solution:
     unsettled: BoolArray
 
 
-class BodyTask(mink.Task):  # type: ignore[misc]
-    """Positions of the 17 roles, orientations of some, and a pull to rest, as one task; faster than a task for each.
+class Weights:
+    """Weights of the rows, frame by frame, and of the pull to rest.
 
-    The bones of the arms count by their directions and move the arms alone: an arm out of reach never bends the trunk.
+    Args:
+        character: the body.
+        settings: of the inverse kinematics.
+        targets: tell which orientations the source tells.
+        standing: (T, 2) which feet stand.
     """
 
-    def __init__(self, character: Character, settings: RetargetSettings, oriented: BoolArray) -> None:
-        self.settings, model = settings, character.model
+    def __init__(self, character: Character, settings: RetargetSettings, targets: Targets, standing: BoolArray) -> None:
+        self.settings, self.standing, model = settings, standing, character.model
+        self.twisted = _twisted(targets)
         cost = np.full(ROWS, settings.position_cost)
         for role in ROLES:
             if not character.has(role):
@@ -109,12 +115,13 @@ class BodyTask(mink.Task):  # type: ignore[misc]
             elif role in ("abdomen", "thorax", "neck", "head"):
                 cost[PLACE[role]] = settings.trunk_cost
         costs = {"head": settings.head_cost, "hand": settings.hand_cost, "foot": settings.foot_cost}
-        for (role, rows), told in zip(TURN.items(), oriented):
+        for (role, rows), told in zip(TURN.items(), targets.oriented):
             cost[rows] = costs[role.rpartition("_")[2]] * told
             if role.endswith("foot"):
                 cost[HEADING[role]] = settings.foot_turn_cost * told
-        self.base_cost = cost
-        super().__init__(cost=self.base_cost.copy(), gain=1.0, lm_damping=0.0)
+        self.base = cost
+        # a foot that cannot turn sideways would tilt the whole body to lie flat
+        self.tilts = [character.anatomical(f"{side}_ankle_inversion") is not None for side in SIDES]
         self.pull = np.full(model.nv, settings.posture_cost**2)
         self.pull[:6] = 1e-9
         for arm in (character.group(f"{side}_arm") for side in SIDES):
@@ -125,143 +132,35 @@ class BodyTask(mink.Task):  # type: ignore[misc]
         self.tolerance = np.full(model.nv, settings.tolerance)
         for leg in (character.group(f"{side}_leg") for side in SIDES):
             self.tolerance[6 + character.joint_indices([leg[2], *leg[4:]])] = settings.loose_tolerance
-        self.bodies = np.array([1 + character.segment(role if character.has(role) else "pelvis") for role in ROLES])
-        self.turned = self.bodies[list(ORIENTED)]
-        self.positions = np.zeros((len(ROLES), 3))
-        self.orientations = np.tile(np.eye(3), (len(ORIENTED), 1, 1))
-        self.rest = np.array(model.qpos0)
-        self.jacobian = np.zeros((ROWS, model.nv))
-        self.places = [(self.jacobian[PLACE[role]], int(body)) for role, body in zip(ROLES, self.bodies)]
-        self.turns = [(self.jacobian[rows], int(body)) for rows, body in zip(TURN.values(), self.turned)]
-        self.weight = np.zeros_like(self.jacobian)
-        self.bones = [ROLES.index(f"{side}_{part}") for side in SIDES for part in ("forearm", "hand")]
-        self.joints_above = [bone - 1 for bone in self.bones]
-        self.gave_way = False
-        # a foot that cannot turn sideways would tilt the whole body to lie flat
-        self.tilts = [character.anatomical(f"{side}_ankle_inversion") is not None for side in SIDES]
-        self.mask = np.ones_like(self.jacobian)
-        for side in SIDES:
-            own = 6 + character.joint_indices(character.group(f"{side}_arm"))
-            others = np.setdiff1d(np.arange(model.nv), own)
-            for rows in (PLACE[f"{side}_forearm"], PLACE[f"{side}_hand"], TURN[f"{side}_hand"]):
-                self.mask[rows, others] = 0.0
 
-    def set_target(
-        self,
-        positions: FloatArray,
-        orientations: FloatArray,
-        standing: BoolArray,
-        twisted: FloatArray,
-        rest: FloatArray,
-    ) -> None:
-        """Targets of one frame.
+    def rows(self, frames: IndexArray) -> FloatArray:
+        """Weights of the rows of these frames (N, ROWS)."""
+        settings = self.settings
+        out = np.tile(self.base, (len(frames), 1))
+        for number, side in enumerate(SIDES):
+            stands = self.standing[frames, number]
+            yields = 1 + (self.twisted[frames, number] / settings.twist) ** 2
+            foot = f"{side}_foot"
+            for rows, factor in (
+                (PLACE[foot], settings.stance_cost),
+                (TILT[foot], settings.stance_tilt_cost if self.tilts[number] else 1.0),
+                (slice(HEADING[foot], HEADING[foot] + 1), settings.stance_turn_cost / yields),
+            ):
+                out[:, rows] *= np.where(stands, factor, 1.0)[:, None]
+        return out
+
+    def giving_way(self, turn: FloatArray, frames: IndexArray) -> FloatArray:
+        """Factors (N, 6) on the weights of the feet's orientations: less than 1 where a foot cannot be turned as wanted.
+
+        A reweighted robust loss, lest such a foot moves the body.
 
         Args:
-            positions: (17, 3) of the roles [m].
-            orientations: (5, 3, 3) of the roles in `ORIENTED`.
-            standing: (2,) which feet stand.
-            twisted: (2,) how far each knee is beside the plane of its foot [m].
-            rest: (nq,) pose that everything is pulled to a little.
+            turn: (N, 2, 3) errors of the feet's orientations [rad].
+            frames: (N,) frames.
         """
-        self.positions, self.orientations, self.rest = positions, orientations, rest
-        cost = self.base_cost.copy()
-        for number in np.flatnonzero(standing):
-            foot = f"{SIDES[number]}_foot"
-            cost[PLACE[foot]] *= self.settings.stance_cost
-            cost[TILT[foot]] *= self.settings.stance_tilt_cost if self.tilts[number] else 1.0
-            yields = 1 + (twisted[number] / self.settings.twist) ** 2
-            cost[HEADING[foot]] *= self.settings.stance_turn_cost / yields
-        self.cost, self.gave_way = cost, False
-        self.weight = cost[:, None] * self.mask
-
-    def yields(self, configuration: Any, standing: BoolArray) -> bool:
-        """Give way, once, to standing feet that cannot be turned as wanted (a reweighted robust loss); whether any is.
-
-        Args:
-            configuration: the settled pose.
-            standing: (2,) which feet stand.
-        """
-        if self.gave_way or not standing.any():
-            return False
-        self.gave_way = True
-        error = self.compute_error(configuration)[FEET_TURN].reshape(2, 3)
-        off = np.linalg.norm(error, axis=1) / self.settings.beyond
-        factor = np.where(standing & (off > 1.0), 1 / (1 + off**2), 1.0)
-        self.cost[FEET_TURN] *= factor.repeat(3)
-        self.weight = self.cost[:, None] * self.mask
-        return bool((factor < 1.0).any())
-
-    def compute_error(self, configuration: Any) -> FloatArray:
-        """Current minus target: positions (of the arms' bones: vectors), then rotation vectors."""
-        data = configuration.data
-        current = data.xmat[self.turned].reshape(-1, 3, 3)
-        turn = _rotation_vectors(current @ np.swapaxes(self.orientations, -1, -2))
-        off = data.xpos[self.bodies] - self.positions
-        off[self.bones] -= off[self.joints_above]
-        return np.concatenate([off.ravel(), turn.ravel()])
-
-    def compute_jacobian(self, configuration: Any) -> FloatArray:
-        """Derivative of the error, not yet masked; that of the rotation vector is exact at the target."""
-        model, data = configuration.model, configuration.data
-        for rows, body in self.places:
-            mujoco.mj_jacBody(model, data, rows, None, body)
-        for rows, body in self.turns:
-            mujoco.mj_jacBody(model, data, None, rows, body)
-        for side in SIDES:  # a forearm's own origin does not depend on the shoulder's hinges, so its row is right
-            self.jacobian[PLACE[f"{side}_hand"]] -= self.jacobian[PLACE[f"{side}_forearm"]]
-        return self.jacobian
-
-    def compute_qp_objective(self, configuration: Any) -> mink.Objective:
-        """Weighted squares of the error and of the distance to rest."""
-        weighted = self.weight * self.compute_jacobian(configuration)
-        error = self.cost * self.compute_error(configuration)
-        hessian = weighted.T @ weighted
-        hessian.flat[:: len(hessian) + 1] += self.pull
-        gradient = error @ weighted
-        gradient[6:] += self.pull[6:] * (configuration.q[7:] - self.rest[7:])
-        return mink.Objective(hessian, gradient)
-
-
-def _rotation_vectors(matrices: FloatArray) -> FloatArray:
-    """Rotation vectors (N, 3) of (N, 3, 3) matrices, short of half a turn; for a few ten times faster than scipy."""
-    entries = matrices.reshape(-1, 9)
-    axis = entries[:, [7, 2, 3]] - entries[:, [5, 6, 1]]  # 2 sin(angle) times the axis
-    sine = np.sqrt(np.add.reduce(axis * axis, axis=1)) / 2
-    angle = np.arctan2(sine, (np.add.reduce(entries[:, ::4], axis=1) - 1) / 2)
-    return np.asarray(axis * (angle / np.maximum(2 * sine, 1e-12))[:, None])
-
-
-class Floor:
-    """Keeps colliding points above the floor: J_z dq >= -height for every point near it.
-
-    Args:
-        model: the model.
-        near: points higher than this are left out [m].
-    """
-
-    def __init__(self, model: mujoco.MjModel, near: float = 0.06) -> None:
-        points = [
-            (geom, *one) for geom in np.flatnonzero(model.geom_contype).tolist() for one in bearing_points(model, geom)
-        ]
-        owner, centres, radii = zip(*points)
-        self.model, self.near = model, near
-        self.owner, self.centres, self.radius = np.array(owner), np.array(centres), np.array(radii)
-        self.body = model.geom_bodyid[self.owner]
-        self._jacobian = np.zeros((3, model.nv))
-
-    def rows(self, data: mujoco.MjData) -> tuple[FloatArray, FloatArray]:
-        """G (N, nv) and h (N,) of G dq <= h for the points near the floor."""
-        place, turn = data.geom_xpos, data.geom_xmat
-        above = np.add.reduce(turn[:, 6:].take(self.owner, axis=0) * self.centres, axis=1)
-        height = place[:, 2].take(self.owner) + above - self.radius
-        close = np.flatnonzero(height < self.near)
-        rows = np.empty((len(close), self.model.nv))
-        for row, number in enumerate(close.tolist()):
-            geom = self.owner[number]
-            centre = place[geom] + turn[geom].reshape(3, 3) @ self.centres[number]
-            mujoco.mj_jac(self.model, data, self._jacobian, None, centre, int(self.body[number]))
-            np.negative(self._jacobian[2], out=rows[row])
-        return rows, height[close]
+        off = np.linalg.norm(turn, axis=-1) / self.settings.beyond
+        factor = np.where(self.standing[frames] & (off > 1.0), 1 / (1 + off**2), 1.0)
+        return np.asarray(factor.repeat(3, axis=1))
 
 
 def solve(
@@ -286,32 +185,165 @@ def solve(
     settings = settings or RetargetSettings()
     model = character.model
     start = closed_form(targets, character)
-    configuration = mink.Configuration(model, start[0])
-    task = BodyTask(character, settings, targets.oriented)
-    limit = Floor(model) if floor else None
-    twisted = _twisted(targets)
-    out = np.empty_like(start)
-    unsettled = np.zeros(len(start), dtype=bool)
+    solver = _Solver(character, Weights(character, settings, targets, standing), floor)
+    out, unsettled = np.empty_like(start), np.zeros(len(start), dtype=bool)
+    parts = min(MOST_PARTS, max(1, len(start) // PART))
+    edges = np.linspace(0, len(start), parts + 1).astype(np.intp)
+    frame, after = edges[:-1].copy(), edges[1:]
+    qpos, cost = start[frame], solver.weights.rows(frame)
+    number, gave_way = np.zeros(parts, dtype=np.intp), np.zeros(parts, dtype=bool)
+    at = np.arange(parts)  # parts with frames left
     lead = np.zeros(model.nv)
-    for frame in range(len(start)):
-        task.set_target(
-            targets.positions[frame], targets.orientations[frame], standing[frame], twisted[frame], start[frame]
+    while len(at):
+        now = frame[at]
+        share = np.where(number[at] < FULL_STEPS, 1.0, 0.5)
+        strict = np.where(now == edges[at], FIRST, 1.0)
+        qpos[at], settled = solver.step(
+            qpos[at], start[now], cost[at], targets.positions[now], targets.orientations[now], share, strict
         )
-        qpos = start[frame].copy()
-        # start with the last frame's deviation from closed form; it changes the start, not the result
-        if np.abs(lead[3:]).max() < settings.lead:
-            mujoco.mj_integratePos(model, qpos, lead, 1.0)
-            qpos[7:] = np.clip(qpos[7:], model.jnt_range[1:, 0], model.jnt_range[1:, 1])
-        configuration.update(qpos)
-        for number in range(settings.iterations):
-            settled = _step(configuration, task, limit, 1.0 if number < FULL_STEPS else 0.5)
-            if settled and not task.yields(configuration, standing[frame]):
-                break
-        else:
-            unsettled[frame] = True
-        out[frame] = configuration.q
-        mujoco.mj_differentiatePos(model, lead, 1.0, start[frame], out[frame])
+        number[at] += 1
+        # a settled frame whose standing feet cannot turn as wanted goes on with less weight on them, once
+        asked = np.flatnonzero(settled & ~gave_way[at] & standing[now].any(axis=1))
+        if len(asked):
+            one = at[asked]
+            gave_way[one] = True
+            turn = solver.feet_turn(qpos[one], targets.orientations[now[asked]])
+            factor = solver.weights.giving_way(turn, now[asked])
+            cost[one, FEET_TURN] *= factor
+            settled[asked] &= (factor >= 1.0).all(axis=1)
+        done = np.flatnonzero(settled | (number[at] >= settings.iterations))
+        for index in done:
+            part, last = at[index], now[index]
+            out[last], unsettled[last] = qpos[part], not settled[index]
+            if last + 1 == after[part]:
+                continue
+            # start with the last frame's deviation from closed form; it changes the start, not the result
+            mujoco.mj_differentiatePos(model, lead, 1.0, start[last], out[last])
+            qpos[part] = start[last + 1]
+            if np.abs(lead[3:]).max() < settings.lead:
+                mujoco.mj_integratePos(model, qpos[part], lead, 1.0)
+                np.clip(qpos[part, 7:], model.jnt_range[1:, 0], model.jnt_range[1:, 1], out=qpos[part, 7:])
+        new = at[done]
+        frame[new] += 1
+        number[new], gave_way[new] = 0, False
+        left = new[frame[new] < after[new]]
+        cost[left] = solver.weights.rows(frame[left])
+        at = at[frame[at] < after[at]]
     return Solution(out, unsettled)
+
+
+class _Solver:
+    """Newton steps of many poses at once.
+
+    Args:
+        character: the body.
+        weights: of the rows.
+        floor: keep the body above the floor.
+    """
+
+    def __init__(self, character: Character, weights: Weights, floor: bool) -> None:
+        self.weights, self.model = weights, character.model
+        self.equations = Equations(character)
+        self.floor = Floor(self.equations) if floor else None
+
+    def feet_turn(self, qpos: FloatArray, orientations: FloatArray) -> FloatArray:
+        """Errors of the feet's orientations (B, 2, 3) [rad] of poses (B, nq), to targets (B, 5, 3, 3)."""
+        pose = self.equations.poses(qpos)
+        current = pose.xmat[:, self.equations.turned[FEET]]
+        return rotation_vectors(current @ np.swapaxes(orientations[:, FEET], -1, -2))
+
+    def step(
+        self,
+        qpos: FloatArray,
+        rest: FloatArray,
+        cost: FloatArray,
+        positions: FloatArray,
+        orientations: FloatArray,
+        share: FloatArray,
+        strict: FloatArray,
+    ) -> tuple[FloatArray, BoolArray]:
+        """Poses after a Newton step, and which of them have settled (B,).
+
+        Args:
+            qpos: (B, nq) poses.
+            rest: (B, nq) poses that everything is pulled to a little.
+            cost: (B, ROWS) weights.
+            positions: (B, 17, 3) of the roles [m].
+            orientations: (B, 5, 3, 3) of the roles in `ORIENTED`.
+            share: (B,) share of the step that is taken.
+            strict: (B,) share of the tolerances that the whole step must be within.
+        """
+        pose = self.equations.poses(qpos)
+        error = cost * self.equations.errors(pose, positions, orientations)
+        pull = self.weights.pull
+        gradient = np.concatenate([np.zeros((len(qpos), 6)), pull[6:] * (qpos[:, 7:] - rest[:, 7:])], axis=1)
+        low, high = np.full((2, len(qpos), self.model.nv), UNBOUNDED)
+        low *= -1
+        np.subtract(self.model.jnt_range[1:, 0], qpos[:, 7:], out=low[:, 6:])
+        np.subtract(self.model.jnt_range[1:, 1], qpos[:, 7:], out=high[:, 6:])
+        hessians = []
+        for system in self.equations.systems:
+            weighted = cost[:, system.rows, None] * self.equations.derivative(pose, system)
+            hessian = np.swapaxes(weighted, -1, -2) @ weighted
+            diagonal = np.arange(len(system.columns))
+            hessian[:, diagonal, diagonal] += pull[system.columns]
+            hessians.append(hessian)
+            gradient[:, system.columns] += (error[:, None, system.rows] @ weighted)[:, 0]
+        change = self._minima(pose, hessians, gradient, low, high)
+        # a full step from afar would leave the range of the linearisation
+        largest = np.abs(change[:, 3:]).max(axis=1)
+        settled = np.asarray((np.abs(change[:, 3:]) < strict[:, None] * self.weights.tolerance[3:]).all(axis=1))
+        scale = np.minimum(share, LARGEST_STEP / np.maximum(largest, LARGEST_STEP))
+        return integrated(qpos, change * scale[:, None]), settled
+
+    def _minima(
+        self, pose: Pose, hessians: list[FloatArray], gradient: FloatArray, low: FloatArray, high: FloatArray
+    ) -> FloatArray:
+        """Minima (B, nv) of the quadratic programmes within bounds and above the floor."""
+        count, nv = gradient.shape
+        if self.floor is not None:
+            which, rows, height = self.floor.rows(pose)
+        else:
+            which, rows, height = np.zeros(0, dtype=np.intp), np.zeros((0, nv)), np.zeros(0)
+        first = np.searchsorted(which, np.arange(count + 1))
+        change = np.zeros((count, nv))
+        systems = self.equations.systems
+        whole = np.zeros(count, dtype=bool)  # poses in which the floor ties the systems together
+        for system in systems[1:]:
+            whole[which[(rows[:, system.columns] != 0).any(axis=1)]] = True
+        for number, (system, hessian) in enumerate(zip(systems, hessians)):
+            columns = system.columns
+            part = np.linalg.solve(hessian, -gradient[:, columns, None])[..., 0]
+            fits = np.asarray(((part >= low[:, columns]) & (part <= high[:, columns])).all(axis=1))
+            if number == 0 and len(which):
+                sinks = (rows[:, columns] * part[which]).sum(axis=1) < -height
+                fits[which[sinks]] = False
+            change[:, columns] = part
+            for index in np.flatnonzero(~fits & ~whole):
+                near = slice(first[index], first[index + 1]) if number == 0 else slice(0, 0)
+                change[index, columns] = _minimum(
+                    hessian[index], gradient[index, columns], rows[near, columns], height[near],
+                    low[index, columns], high[index, columns],
+                )  # fmt: skip
+        for index in np.flatnonzero(whole):
+            joined = np.zeros((nv, nv))
+            for system, hessian in zip(systems, hessians):
+                joined[np.ix_(system.columns, system.columns)] = hessian[index]
+            near = slice(first[index], first[index + 1])
+            change[index] = _minimum(joined, gradient[index], rows[near], height[near], low[index], high[index])
+        return change
+
+
+def integrated(qpos: FloatArray, change: FloatArray) -> FloatArray:
+    """Poses (B, nq) moved by (B, nv): `mj_integratePos` for many."""
+    out = np.empty_like(qpos)
+    out[:, :3] = qpos[:, :3] + change[:, :3]
+    out[:, 7:] = qpos[:, 7:] + change[:, 6:]
+    half = np.linalg.norm(change[:, 3:6], axis=1, keepdims=True) / 2
+    turn = np.concatenate([np.cos(half), change[:, 3:6] / 2 * np.sinc(half / np.pi)], axis=1)
+    quat = multiply_quat(qpos[:, 3:7], turn)
+    out[:, 3:7] = quat / np.linalg.norm(quat, axis=1, keepdims=True)
+    return out
 
 
 def _twisted(targets: Targets) -> FloatArray:
@@ -324,33 +356,33 @@ def _twisted(targets: Targets) -> FloatArray:
     return out
 
 
-def _step(configuration: Any, task: BodyTask, floor: Floor | None, share: float) -> bool:
-    """A share of one Newton step; returns whether the whole was within the tolerances."""
-    model = configuration.model
-    objective = task.compute_qp_objective(configuration)
-    rows, height = floor.rows(configuration.data) if floor else (np.empty((0, model.nv)), np.empty(0))
-    n, m = model.nv, len(height)
-    low, high = np.full((2, n + m), UNBOUNDED)
-    low *= -1
-    np.subtract(model.jnt_range[1:, 0], configuration.q[7:], out=low[6:n])
-    np.subtract(model.jnt_range[1:, 1], configuration.q[7:], out=high[6:n])
-    high[n:] = height
-    change = _solve(objective, rows, low, high)
+def _minimum(
+    hessian: FloatArray, gradient: FloatArray, rows: FloatArray, height: FloatArray, low: FloatArray, high: FloatArray
+) -> FloatArray:
+    """Minimum of a quadratic programme with bounds on its variables, above the floor: rows x >= -height.
+
+    Raises:
+        MotionError: there is none.
+    """
+    change = _solve(
+        hessian, gradient, -rows, np.concatenate([low, np.full(len(rows), -UNBOUNDED)]), np.concatenate([high, height])
+    )
     if change is None and len(rows):  # far below the floor: first return to where the linearisation holds
-        change = _solve(objective, rows[:0], low[:n], high[:n])
+        change = _solve(hessian, gradient, rows[:0], low, high)
     if change is None:
         raise MotionError("inverse kinematics found no solution for a frame")
-    # a full step from afar would leave the range of the linearisation
-    largest = float(np.abs(change[3:]).max())
-    configuration.integrate_inplace(change * min(share, LARGEST_STEP / max(largest, LARGEST_STEP)), 1.0)
-    return bool((np.abs(change[3:]) < task.tolerance[3:]).all())
+    return change
 
 
-def _solve(objective: mink.Objective, rows: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray | None:
+def _solve(
+    hessian: FloatArray, gradient: FloatArray, rows: FloatArray, low: FloatArray, high: FloatArray
+) -> FloatArray | None:
     """Minimum of a quadratic programme with bounds on its variables, followed by those on its rows."""
     import daqp
 
     sense = np.zeros(len(high), dtype=np.int32)
-    x, _, status, _ = daqp.solve(objective.H, objective.c, rows, high, low, sense)
+    x, _, status, _ = daqp.solve(
+        np.ascontiguousarray(hessian), np.ascontiguousarray(gradient), np.ascontiguousarray(rows), high, low, sense
+    )
     x = np.asarray(x)
-    return x if status > 0 and x.shape == objective.c.shape and np.isfinite(x).all() else None
+    return x if status > 0 and x.shape == gradient.shape and np.isfinite(x).all() else None

@@ -13,6 +13,8 @@ HOVER_M = 0.005
 """A body whose lowest point is higher than this touches nothing [m]."""
 LEAST_S = 0.1
 """Shorter gaps do not tell the acceleration in them [s]."""
+FEWEST = 3
+"""Frames through which a parabola can be laid."""
 FALL_SHARE = 0.5
 """A body is in flight if it accelerates downward with more than this share of gravity; else it hovers."""
 SMOOTHING_S = 0.04
@@ -36,7 +38,10 @@ def set_down(qpos: FloatArray, fps: float, character: Character, cyclic: bool = 
     height = forward_kinematics(qpos, character).com[shown, 2]
     hovering = np.zeros(len(shown))
     for first, after in stances(clearance > HOVER_M):
-        if after - first >= LEAST_S * fps and _acceleration(height[first:after], fps) > -FALL_SHARE * GRAVITY:
+        if (
+            after - first >= max(FEWEST, LEAST_S * fps)
+            and _acceleration(height[first:after], fps) > -FALL_SHARE * GRAVITY
+        ):
             hovering[first:after] = clearance[first:after]
     sigma = SMOOTHING_S * fps
     smooth = gaussian_filter1d(minimum_filter1d(hovering, 2 * int(2 * sigma) + 1), sigma, mode="nearest")

@@ -2,12 +2,12 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.archive import open_archive, write_archive
+from simprep.archive import open_archive, write_archive, write_parts
 from simprep.arrays import FloatArray
 from simprep.characters import character_header, character_of_header
 from simprep.errors import MotionError
@@ -26,7 +26,16 @@ def save_motion(motion: Motion, path: str | Path) -> Path:
         motion: what to write.
         path: the file; `.npz` is appended if missing.
     """
-    header = {
+    return write_archive(path, _header(motion), {"qpos": motion.qpos, "contacts": motion.contacts})
+
+
+def write_motion(motion: Motion, stream: IO[bytes]) -> None:
+    """Write a motion to a stream, as `save_motion` does to a file."""
+    write_parts(stream, _header(motion), {"qpos": motion.qpos, "contacts": motion.contacts})
+
+
+def _header(motion: Motion) -> dict[str, Any]:
+    return {
         "schema": SCHEMA,
         **character_header(motion.character),
         "fps": motion.fps,
@@ -35,7 +44,6 @@ def save_motion(motion: Motion, path: str | Path) -> Path:
         "source": motion.source,
         "loop": motion.loop,
     }
-    return write_archive(path, header, {"qpos": motion.qpos, "contacts": motion.contacts})
 
 
 def read_motion(path: str | Path) -> Motion:

@@ -100,7 +100,7 @@ def process(motion: Motion, settings: ReferenceSettings) -> Reference:
     clearance = body_clearance(qpos, motion.character)
     lift = np.zeros(len(qpos))
     if settings.lift:
-        lift = _lift_offset(-clearance.min(axis=1), settings.lift_smoothing * fps)
+        lift = lift_offset(-clearance.min(axis=1), settings.lift_smoothing * fps)
         qpos[:, 2] += lift
         clearance = clearance + lift[:, None]
     processed = replace(motion, qpos=qpos)
@@ -125,8 +125,13 @@ def _smooth(qpos: FloatArray, sigma: float) -> FloatArray:
     return np.asarray(out)
 
 
-def _lift_offset(depth: FloatArray, sigma: float) -> FloatArray:
-    """Smooth offset, 0 or more, that is at least the depth everywhere."""
+def lift_offset(depth: FloatArray, sigma: float) -> FloatArray:
+    """Smooth offset (T,), 0 or more, that is at least the depth everywhere [m].
+
+    Args:
+        depth: (T,) of the lowest point below the floor; negative above it [m].
+        sigma: standard deviation of the Gaussian [frames].
+    """
     needed = np.maximum(depth, 0.0)
     if needed.max() <= 0:
         return needed

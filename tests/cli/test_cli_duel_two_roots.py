@@ -75,7 +75,7 @@ def test_a_file_that_is_missing_or_of_smpl_is_named(tmp_path, monkeypatch, capsy
     np.savez("smpl.npz", poses=np.zeros((5, 156)), trans=np.zeros((5, 3)), betas=np.zeros(16))
     code, _, err = run(capsys, "duel", "import", "smpl.npz")
     assert code == 2
-    assert "an AMASS/SMPL motion" in err
+    assert "no frame rate (mocap_framerate" in err
 
 
 def test_two_roots_of_the_shared_data(data_dir, tmp_path, monkeypatch, capsys):

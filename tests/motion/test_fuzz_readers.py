@@ -15,21 +15,23 @@ from typing import Any
 
 import numpy as np
 import pytest
+from format_cases import random_motion, smpl_walk, trc_text
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.internal.conjecture import providers
 from motion_files import LIMBS, amc_text, asf_text, bvh_text, deepmimic_frame, deepmimic_text
 
-from simprep.duel.stream.positions import position_clip, read_positions
 from simprep.errors import SimprepError
 from simprep.humanoid_model import humanoid
 from simprep.motion.edit import resample
 from simprep.motion.formats.bvh import read_bvh_people
+from simprep.motion.formats.registry import format_to_write
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.joint_map import find_joints, read_joint_map
-from simprep.motion.load import read_source
+from simprep.motion.load import read_file, read_source
 from simprep.motion.motion import Motion
 from simprep.motion.normalise import normalise
+from simprep.motion.positions import position_clip, read_positions
 from simprep.motion.store import read_motion, save_motion
 
 BASE_BYTES, PER_BYTE = 40_000_000, 1000
@@ -240,6 +242,55 @@ def read_own(path: Path) -> None:
     assert np.isfinite(resample(read_motion(path), 240.0).qpos).all()
 
 
+def amass_npz(path: Path) -> bytes:
+    """A walk as AMASS has it."""
+    walk = smpl_walk(9)
+    poses = np.concatenate([walk["root_orient"], walk["pose_body"]], axis=1)
+    np.savez(path, poses=poses, trans=walk["trans"], betas=np.zeros(10), mocap_framerate=60.0)
+    return path.read_bytes()
+
+
+def read_any(path: Path) -> None:
+    content, _ = read_file(path)
+    if isinstance(content, SourceClip):
+        sound(content)
+    else:
+        assert np.isfinite(content.motion.qpos).all()
+
+
+@pytest.mark.parametrize("extension", ["trc", "csv", "mot", "c3d"])
+def test_formats_that_are_written(tmp_path: Path, extension: str) -> None:
+    path = tmp_path / f"a.{extension}"
+    form = format_to_write(path)
+    assert form.write is not None
+    form.write(random_motion(humanoid(), 9), path)
+    content = path.read_bytes()
+
+    def once(how: Damages) -> str:
+        if extension == "c3d":  # what moves the rest of a binary file leaves none
+            how = [("flip", place, 1 + number % 255) for number, (_, place, _) in enumerate(how, 40)]
+        path.write_bytes(all_damaged(content, how))
+        return outcome(path, read_any)
+
+    fuzz(damages, once)
+
+
+def test_joint_centres(tmp_path: Path) -> None:
+    path = tmp_path / "a.trc"
+    parts = ("Hip", "Knee", "Ankle", "Shoulder", "Elbow", "Wrist")
+    names = tuple(f"{side[0]}{part}" for side in LIMBS for part in parts)
+    points = np.zeros((9, 12, 3))
+    points[..., 2] = [0.9, 0.5, 0.1, 1.4, 1.1, 0.8] * 2
+    points[:, 6:, 1] = -0.3
+    content = trc_text(names, points, 30.0).encode()
+
+    def once(how: Damages) -> str:
+        path.write_bytes(all_damaged(content, how))
+        return outcome(path, read_any)
+
+    fuzz(damages, once)
+
+
 def positions_npz(path: Path) -> bytes:
     """Two people who stand still, as joint positions."""
     parts = ("hip", "knee", "ankle", "shoulder", "elbow", "wrist")
@@ -259,7 +310,9 @@ def read_recording(path: Path) -> None:
         assert np.isfinite(clip.rotations).all()
 
 
-@pytest.mark.parametrize(("make", "read"), [(own_npz, read_own), (positions_npz, read_recording)])
+@pytest.mark.parametrize(
+    ("make", "read"), [(own_npz, read_own), (positions_npz, read_recording), (amass_npz, read_any)]
+)
 def test_npz(tmp_path: Path, make: Callable[[Path], bytes], read: Callable[[Path], None]) -> None:
     """Damage to the packed file, and to an entry packed again, whose checksum is then right."""
     path = tmp_path / "a.npz"

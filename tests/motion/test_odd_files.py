@@ -267,19 +267,13 @@ SMPL = {"poses": (5, 156), "trans": (5, 3), "betas": (16,)}
 @pytest.mark.parametrize(
     ("entries", "said"),
     [
-        (
-            SMPL | {"mocap_framerate": ()},
-            "an AMASS/SMPL motion (betas, poses, trans): it cannot be converted yet; valid: .npz",
-        ),
-        (
-            {"root_orient": (5, 3), "pose_body": (5, 63), "trans": (5, 3), "mocap_frame_rate": ()},
-            "an AMASS/SMPL motion",
-        ),
-        ({"body_pose": (5, 63), "global_orient": (5, 3), "transl": (5, 3)}, "an AMASS/SMPL motion"),
+        ({"poses": (5, 156), "betas": (16,)}, "an AMASS/SMPL motion (betas, poses): `simprep import`"),
+        (SMPL, "no frame rate (mocap_framerate, mocap_frame_rate"),
+        (SMPL | {"poses": (5, 150), "fps": ()}, "'poses' has shape (5, 150); valid: (T, N) with N of 66 (SMPL body)"),
+        (SMPL | {"trans": (4, 3), "fps": ()}, "'trans' has shape (4, 3); valid: (5, 3)"),
+        ({"body_pose": (5, 60), "global_orient": (5, 3), "transl": (5, 3)}, "'body_pose' has shape (5, 60)"),
         ({"betas": (16,), "gender": ()}, "an AMASS/SMPL body shape without a motion"),
         ({"fps": (1,), "joint_pos": (5, 29), "body_pos_w": (5, 30, 3)}, "BeyondMimic, mjlab or holosoma"),
-        ({"qpos": (5, 36), "fps": ()}, "holosoma or OmniRetarget"),
-        ({"positions": (5, 2, 12, 3), "joint_names": (12,), "fps": ()}, "`simprep duel import` reads"),
     ],
 )
 def test_npz_of_others_are_refused_by_name(tmp_path: Path, entries: dict[str, tuple[int, ...]], said: str) -> None:

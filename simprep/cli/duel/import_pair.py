@@ -13,8 +13,9 @@ from simprep.cli.output import BaseCommand, Json, Output, Quiet
 class DuelImport(BaseCommand):
     """Import two people recorded together, in one frame, and write them as one stream.
 
-    One file per person (the formats of `simprep import`), or one file with both: a .bvh of two ROOTs, or an .npz of
-    joint positions (T, 2, J, 3) with `joint_names` and `fps`. Each person moves a body with their own legs, so that distances are kept.
+    One file per person (the formats of `simprep import`), or one file with both: a .bvh of two ROOTs, a .pkl of InterHuman, or
+    an .npz of joint positions (T, 2, J, 3) with `joint_names` and `fps`; or a folder of Inter-X. Each person moves a body with
+    their own legs, so that distances are kept.
 
     Example: simprep duel import 18_01.bvh 19_01.bvh -o handshake.npz
     """
@@ -41,6 +42,16 @@ class DuelImport(BaseCommand):
     joint_map: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
     """JSON object {"our part": "joint of the file"} for joints that are not recognised by their names."""
 
+    file_fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
+    """Frames per second of the files, where they do not state them."""
+
+    body_model: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
+    """SMPL body model (.npz) of yours, for the bones of SMPL files; default: those of a mean body."""
+
+    offset: Annotated[float | None, tyro.conf.arg(metavar="SECONDS", help_behavior_hint="")] = None
+    """Time of B's first frame after A's, for two files of different starts or lengths; both are cut to the time that they
+    share. Default: both have the same frames."""
+
     json: Json = False
     quiet: Quiet = False
 
@@ -59,7 +70,10 @@ class DuelImport(BaseCommand):
         if self.like is not None:
             a, b = read_stream(self.like).players
             bodies, fps = (a.character, b.character), a.fps if fps is None else fps
-        pair = import_pair(self.files[0], second, fps, self.up, self.scale, self.joint_map, bodies=bodies)
+        pair = import_pair(
+            self.files[0], second, fps, self.up, self.scale, self.joint_map, bodies=bodies, offset=self.offset,
+            file_fps=self.file_fps, body_model=self.body_model,
+        )  # fmt: skip
         target = self.out or Path(f"{pair.stream.name}.npz")
         kind = ("simprep motion", MOTION_SCHEMA) if second else ("two-person stream", SCHEMA)
         if target.resolve() in [find_archive(file, *kind).resolve() for file in self.files]:

@@ -4,20 +4,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
-
 from simprep.archive import find_archive, schema_of
 from simprep.character import Character
-from simprep.duel.stream.positions import DEFAULT_SETTINGS, PositionSettings, centres, position_clip, read_positions
+from simprep.duel.stream.pair_sources import files_of_folder, people_of_file, person_of_file
 from simprep.duel.stream.store import SCHEMA, read_stream
-from simprep.duel.stream.stream import PLAYERS, DuelStream, StreamReport, check_stream, swapped_frames
-from simprep.errors import MotionError, MotionFileError
-from simprep.motion.formats.bvh import read_bvh_people
+from simprep.duel.stream.stream import PLAYERS, DuelStream, StreamReport, check_stream
+from simprep.errors import MotionError, MotionFileError, SettingError
+from simprep.motion.edit import cut
+from simprep.motion.formats.format import ReadMotion, ReadOptions
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.joint_map import read_joint_map
-from simprep.motion.load import ImportReport, ImportResult, import_motion, read_source, retarget_clip
+from simprep.motion.load import ImportReport, ImportResult, as_it_is, retarget_clip
 from simprep.motion.motion import Motion
+from simprep.motion.normalise import working_rate
+from simprep.motion.positions import DEFAULT_SETTINGS, PositionSettings
 from simprep.motion.store import SCHEMA as MOTION_SCHEMA
+
+TOGETHER = "both must be recorded together, or the time of B's start after A's be given with --offset"
+LARGEST_OFFSET_S = 36_000.0
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,9 @@ def import_pair(
     joint_map: Mapping[str, str] | str | Path | None = None,
     settings: PositionSettings = DEFAULT_SETTINGS,
     bodies: tuple[Character, Character] | None = None,
+    offset: float | None = None,
+    file_fps: float | None = None,
+    body_model: str | Path | None = None,
 ) -> PairImport:
     """Import two people recorded together: the stream and its reports.
 
@@ -46,14 +53,19 @@ def import_pair(
     for A hold for B. Motions and streams that simprep saved are taken as they are.
 
     Args:
-        a: person A (.bvh, .amc, DeepMimic, .npz of simprep or of joint positions); or both people in one .npz, one .bvh
-            with two ROOTs, or a folder with one .npz of simprep.
+        a: person A, of any format that is read; or both people in one .npz of joint positions, one .bvh with two ROOTs, one
+            .pkl of InterHuman, a folder of Inter-X (P1.npz, P2.npz), or a folder with one .npz of simprep.
         b: person B of the same take; None where `a` holds both.
         fps: output frame rate [1/s]; None: the files', at most 60.
         up: vertical axis of the files; None to find it.
         scale: metres per file unit; None to find it.
         joint_map: our parts to the files' joint names, or a JSON file with that.
         settings: cleaning of joint positions.
+        offset: time of B's first frame after A's, where the two were not recorded from the same moment on [s]. The two are cut
+            to the time that both have, and may have different lengths and frame rates. Inserted rest poses do not
+            count. None: both must have the same frames.
+        file_fps: frame rate of the files, where they do not state it [1/s].
+        body_model: SMPL body model (.npz) for the bones of files of SMPL parameters; None for a mean body.
         bodies: of A and B instead of their own, such as those of a clip that this one is to be joined to.
 
     Raises:
@@ -63,104 +75,112 @@ def import_pair(
     """
     if isinstance(joint_map, str | Path):
         joint_map = read_joint_map(joint_map)
+    if offset is not None and not abs(offset) <= LARGEST_OFFSET_S:
+        raise SettingError(f"offset {offset} s; valid: {-LARGEST_OFFSET_S:g} to {LARGEST_OFFSET_S:g}")
+    options = ReadOptions(
+        file_fps=file_fps, body_model=None if body_model is None else Path(body_model), joint_map=joint_map
+    )
+    if b is None and (files := files_of_folder(Path(a))):
+        a, b = files
+    notes: tuple[str, ...] = ()
     if b is None:
         a = find_archive(a, "two-person stream", SCHEMA)
         if _schema(a) == SCHEMA:
             stream = read_stream(a)
             return PairImport(stream, check_stream(stream), ())
-        clips, notes = _clips_of_one(a, joint_map, settings)
+        (one, two), notes, kind = people_of_file(a, options, settings)
+        kinds = (kind, kind)
     else:
         a, b = (find_archive(path, "simprep motion", MOTION_SCHEMA) for path in (a, b))
-        if _schema(a) == MOTION_SCHEMA and _schema(b) == MOTION_SCHEMA:
-            results = (import_motion(a, fps), import_motion(b, fps))
-            return _pair(a, b, results, ())
-        clips, notes = (_clip(a, joint_map, settings), _clip(b, joint_map, settings)), ()
-        _check_together(*clips)
-    # joint positions come with our own names
-    maps = [None if clip.format == "joint positions" else joint_map for clip in clips]
+        (first, kind), (second, other_kind) = (person_of_file(path, options, settings) for path in (a, b))
+        kinds = (kind, other_kind)
+        if isinstance(first, ReadMotion) and isinstance(second, ReadMotion):
+            if offset is not None and fps is None and first.motion.fps != second.motion.fps:
+                fps = min(first.motion.fps, second.motion.fps)
+            return _pair(a, b, (as_it_is(first, fps), as_it_is(second, fps)), kinds, (), offset)
+        if isinstance(first, ReadMotion) or isinstance(second, ReadMotion):
+            raise MotionFileError(
+                a if isinstance(first, ReadMotion) else b,
+                "a motion of one of our characters beside a file that is not; import it first",
+            )
+        one, two = first, second
+        if offset is None:
+            _check_together(one, two)
+        elif fps is None and abs(one.fps - two.fps) > 1e-3 * one.fps:
+            fps = min(working_rate(one.fps), working_rate(two.fps))
     character = bodies or (None, None)
-    first = retarget_clip(clips[0], fps, up, scale, maps[0], character[0], keep_travel=True)
-    up, scale = first.report.up, first.report.scale
-    second = retarget_clip(clips[1], fps, up, scale, maps[1], character[1], keep_travel=True)
-    return _pair(a, b, (first, second), notes)
+    result = retarget_clip(one, fps, up, scale, joint_map, character[0], keep_travel=True)
+    up, scale = result.report.up, result.report.scale
+    other = retarget_clip(two, fps, up, scale, joint_map, character[1], keep_travel=True)
+    return _pair(a, b, (result, other), kinds, notes, offset)
 
 
-def _pair(a: Path, b: Path | None, results: tuple[ImportResult, ImportResult], notes: tuple[str, ...]) -> PairImport:
+def _pair(
+    a: Path,
+    b: Path | None,
+    results: tuple[ImportResult, ImportResult],
+    kinds: tuple[str, str],
+    notes: tuple[str, ...],
+    offset: float | None,
+) -> PairImport:
     motions: list[Motion] = []
     for player, result in zip(PLAYERS, results):
         name = result.motion.name if b is not None else f"{a.stem}_{player}"
         motions.append(replace(result.motion, name=name, loop=False))
     name = a.stem if b is None else f"{a.stem}+{b.stem}"
     try:
+        if offset is not None:
+            motions, cuts = _together(motions, offset)
+            notes = (*notes, *cuts)
         stream = DuelStream((motions[0], motions[1]), clips=(name,), name=name)
     except MotionError as error:
-        if b is not None and len(motions[0]) != len(motions[1]):
+        if b is not None and offset is None and len(motions[0]) != len(motions[1]):
             raise MotionFileError(
-                b, f"{len(motions[1])} frames where {a.name} gives {len(motions[0])}; both must be recorded together"
+                b, f"{len(motions[1])} frames where {a.name} gives {len(motions[0])}; {TOGETHER}"
             ) from None
         raise MotionFileError(a, str(error)) from None
     report = check_stream(stream)
     known = [note for note in notes if note not in report.warnings]
     report = replace(report, warnings=(*known, *report.warnings))
-    return PairImport(stream, report, tuple(result.report for result in results))
+    return PairImport(
+        stream, report, tuple(replace(result.report, recognised=kind) for result, kind in zip(results, kinds))
+    )
 
 
-def _clips_of_one(
-    path: Path, joint_map: Mapping[str, str] | None, settings: PositionSettings
-) -> tuple[tuple[SourceClip, SourceClip], tuple[str, ...]]:
-    if path.suffix.lower() != ".npz":
-        if not path.is_file():
-            raise MotionFileError(path, "no such file")
-        clips = read_bvh_people(path) if path.suffix.lower() == ".bvh" else (read_source(path),)
-        if len(clips) == 1:
-            both = "one file with both people (.npz of joint positions, .bvh of two ROOTs)"
-            raise MotionFileError(path, f"holds one person; give the other one's file too, or {both}")
-        if len(clips) != 2:
-            raise MotionFileError(path, f"holds {len(clips)} people, one for each ROOT; a stream needs 2")
-        return (clips[0], clips[1]), ()
-    if _schema(path) == MOTION_SCHEMA:
-        raise MotionFileError(path, "a motion of one person; give the other one's file too")
-    recording = read_positions(path)
-    people = recording.positions.shape[1]
-    if people != 2:
-        raise MotionFileError(path, f"holds {people} {'person' if people == 1 else 'people'}; a stream needs 2")
-    one, two = (position_clip(recording, person, joint_map, settings) for person in range(2))
-    leg = float(np.median(np.linalg.norm(np.diff(one.positions[:, _leg(one)], axis=1), axis=-1).sum(axis=1)))
-    # the speed limit is in metres, which the file's unit may not be: a leg is about 0.85 m
-    swapped = swapped_frames(centres(recording) * (0.85 / leg), recording.fps)
-    notes = [
-        f"the two people seem to exchange names at frame {frame} ({frame / recording.fps:.2f} s)" for frame in swapped
-    ]
-    return (one, two), tuple(notes)
+def _together(motions: list[Motion], offset: float) -> tuple[list[Motion], list[str]]:
+    """The time that both were recorded, and what was cut.
 
+    Args:
+        motions: of A and B.
+        offset: time of B's first frame after A's [s].
 
-def _leg(clip: SourceClip) -> list[int]:
-    return [clip.names.index(f"left_{part}") for part in ("thigh", "shank", "foot")]
-
-
-def _clip(path: Path, joint_map: Mapping[str, str] | None, settings: PositionSettings) -> SourceClip:
-    if not path.is_file():
-        raise MotionFileError(path, "no such file")
-    if path.suffix.lower() != ".npz":
-        return read_source(path)
-    schema = _schema(path)
-    if schema is not None:
-        raise MotionFileError(path, f"a file of simprep with schema {schema!r} beside one that is not; import it first")
-    recording = read_positions(path)
-    if recording.positions.shape[1] != 1:
-        raise MotionFileError(path, f"holds {recording.positions.shape[1]} people; give it alone")
-    return position_clip(recording, 0, joint_map, settings)
+    Raises:
+        MotionError: less than two frames in common, or different frame rates.
+    """
+    a, b = motions
+    if abs(a.fps - b.fps) > 1e-6 * a.fps:
+        raise MotionError(f"{a.fps:g} and {b.fps:g} frames per second; give one for both with --fps")
+    shift = round(offset * a.fps)
+    first = max(0, shift), max(0, -shift)
+    count = min(len(motion) - start for motion, start in zip(motions, first))
+    if count < 2:
+        raise MotionError(
+            f"{a.name} lasts {a.duration:.2f} s and {b.name} {b.duration:.2f} s: with an offset of {offset:g} s they have "
+            "no time in common"
+        )
+    notes = [f"the time that both have: {count / a.fps:.2f} s"]
+    if abs(shift / a.fps - offset) > 1e-3:
+        notes.append(f"offset {offset:g} s rounded to whole frames: {shift / a.fps:.4f} s")
+    parts = [cut(motion, start, start + count) for motion, start in zip(motions, first)]
+    return [parts[0], replace(parts[1], fps=a.fps)], notes
 
 
 def _check_together(a: SourceClip, b: SourceClip) -> None:
     if abs(a.fps - b.fps) > 1e-3 * a.fps:
-        raise MotionFileError(
-            b.path, f"{b.fps:g} frames per second where {a.path.name} has {a.fps:g}; both must be recorded together"
-        )
+        raise MotionFileError(b.path, f"{b.fps:g} frames per second where {a.path.name} has {a.fps:g}; {TOGETHER}")
     if len(a.positions) != len(b.positions):
         raise MotionFileError(
-            b.path,
-            f"{len(b.positions)} frames where {a.path.name} has {len(a.positions)}; both must be recorded together",
+            b.path, f"{len(b.positions)} frames where {a.path.name} has {len(a.positions)}; {TOGETHER}"
         )
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from simprep.arrays import FloatArray, IndexArray
 from simprep.errors import MotionFileError
+from simprep.motion.formats.format import Format, Glimpse, ReadOptions
 from simprep.motion.formats.numbers import LARGEST, Decimals, decimal_notes
 from simprep.motion.formats.skeleton import SourceClip, check_size, forward
 from simprep.motion.formats.text import MAX_NAME, Comments, lines_of, open_text
@@ -337,3 +338,25 @@ def _read_motion(path: Path, skeleton: _Skeleton) -> tuple[dict[str, FloatArray]
 def _incomplete(path: Path, frame: int, here: set[str], names: Iterable[str], line: int | None) -> MotionFileError:
     missing = [name for name in names if name not in here] or ["any bone"]
     return MotionFileError(path, f"frame {frame} has no values of {missing[0]!r} (truncated?)", line)
+
+
+_MOTION_WORDS = {":FULLY-SPECIFIED", ":DEGREES", ":RADIANS"}
+_SKELETON_WORDS = {":version", ":bonedata", ":root"}
+
+
+def _recognise(seen: Glimpse) -> str | None:
+    first = {line.split()[0] for line in seen.text.splitlines() if line.strip()}
+    if {word.upper() for word in first} & _MOTION_WORDS:
+        return "Acclaim motion (AMC), with its skeleton (ASF)"
+    if first >= _SKELETON_WORDS:
+        return "Acclaim skeleton (ASF) without motion"
+    return None
+
+
+def _read_format(path: Path, options: ReadOptions) -> SourceClip:
+    if path.suffix.lower() == ".asf":
+        raise MotionFileError(path, "an Acclaim skeleton without motion; valid: its .amc file")
+    return read_acclaim(path)
+
+
+FORMAT = Format("acclaim", "Acclaim, .amc with its .asf", (".amc", ".asf"), _recognise, _read_format)

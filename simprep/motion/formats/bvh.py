@@ -11,10 +11,12 @@ import numpy as np
 
 from simprep.arrays import FloatArray
 from simprep.errors import MotionFileError
+from simprep.motion.formats.format import Format, Glimpse, ReadMotion, ReadOptions
 from simprep.motion.formats.numbers import Decimals, decimal_notes, number, numbers
 from simprep.motion.formats.skeleton import SourceClip, check_size, forward, tidy_fps
 from simprep.motion.formats.text import MAX_NAME, Comments, lines_of, open_text
-from simprep.motion.rotations import axis_rotation
+from simprep.motion.motion import Motion
+from simprep.motion.rotations import turned_on
 
 MAX_JOINTS = 2000
 _CHANNELS = {f"{axis}{kind}": (kind, axis) for axis in "xyz" for kind in ("position", "rotation")}
@@ -223,40 +225,46 @@ def _clip(path: Path, joints: list[_Joint], values: FloatArray, fps: float, note
     parents = np.array([joint.parent for joint in joints], dtype=np.intp)
     offsets = np.array([joint.offset for joint in joints], dtype=np.float64)
     n = len(values)
-    local = np.tile(np.eye(3), (n, len(joints), 1, 1))
-    place = np.tile(offsets, (n, 1, 1))
+    local = np.empty((len(joints), n, 3, 3))  # joint by joint: see `forward`
+    moves: dict[int, FloatArray] = {}
     column = 0
     moving: list[str] = []
     notes = list(noted)
     for index, joint in enumerate(joints):
         moved = np.zeros((n, 3))
         has_position = False
+        turn: FloatArray | None = None
         for kind, axis in joint.channels:
             if kind == "rotation":
-                local[:, index] = local[:, index] @ axis_rotation(axis, np.radians(values[:, column]))
+                turn = turned_on(turn, axis, np.radians(values[:, column]))
             else:
                 moved[:, "xyz".index(axis)] = values[:, column]
                 has_position = True
             column += 1
+        local[index] = np.eye(3) if turn is None else turn
         if not has_position:
             continue
         contains = np.abs(moved - offsets[index]).mean() <= np.abs(moved).mean()
-        if index == 0 or not contains:
-            place[:, index] += moved
-        else:
-            place[:, index] = moved
+        moves[index] = offsets[index] + moved if index == 0 or not contains else moved
         if index > 0:
             moving.append(joint.name)
+    if max(np.abs(moved).max() for moved in (offsets, *moves.values())) > 1e7:
+        raise MotionFileError(path, "positions beyond 1e7 units")
     if moving:
+        place = np.tile(offsets, (n, 1, 1))
+        for index, moved in moves.items():
+            place[:, index] = moved
         length = np.linalg.norm(place[:, 1:], axis=-1)
         change = float(np.ptp(length, axis=0).max()) if n > 1 else 0.0
         notes.append(
             f"{len(moving)} inner joints have position channels (followed: bone lengths vary by up to {change:.3g} file "
             f"units): {', '.join(moving[:6])}{', ...' if len(moving) > 6 else ''}"
         )
-    if np.abs(place).max() > 1e7:
-        raise MotionFileError(path, "positions beyond 1e7 units")
-    positions, rotations = forward(parents, place, local)
+        positions, rotations = forward(parents, place, np.swapaxes(local, 0, 1))
+    else:
+        positions, rotations = forward(parents, offsets, np.swapaxes(local, 0, 1))
+        if moves:  # of the root, with which all joints go
+            positions += (moves[0] - offsets[0])[:, None]
     identity = np.tile(np.eye(3), (1, len(joints), 1, 1))
     rest, _ = forward(parents, offsets, identity)
     if not math.isfinite(float(positions.sum())):
@@ -266,3 +274,24 @@ def _clip(path: Path, joints: list[_Joint], values: FloatArray, fps: float, note
         positions=positions, rotations=rotations, rest_positions=rest[0], rest_rotations=identity[0],
         fps=fps, notes=tuple(notes),
     )  # fmt: skip
+
+
+def _recognise(seen: Glimpse) -> str | None:
+    first = next((line.split() for text in seen.text.splitlines() if (line := Comments().strip(text).strip())), [""])
+    return "BVH" if first[0].upper() == "HIERARCHY" else None
+
+
+def _read_format(path: Path, options: ReadOptions) -> SourceClip | ReadMotion:
+    from simprep.motion.formats.own_skeleton import own_motion
+
+    clip = read_bvh(path)
+    return own_motion(clip, options.character) or clip
+
+
+def _write(motion: Motion, path: Path) -> tuple[str, ...]:
+    from simprep.motion.formats.bvh_write import write_bvh
+
+    return write_bvh(motion, path)
+
+
+FORMAT = Format("bvh", "BVH", (".bvh",), _recognise, _read_format, _write)

@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from simprep.arrays import FloatArray
 from simprep.errors import MotionFileError
+from simprep.motion.formats.format import Format, Glimpse, ReadOptions
 from simprep.motion.formats.numbers import LARGEST
 from simprep.motion.formats.skeleton import SourceClip, forward, tidy_fps
 from simprep.motion.formats.text import open_text
@@ -235,3 +236,15 @@ def _close_loop(frames: FloatArray, dt: float) -> tuple[FloatArray, float]:
             turned = rotation * Rotation.from_rotvec(weight[:, None] * gap_vector)
             frames[:, column : column + 4] = turned.as_quat(scalar_first=True)
     return frames, largest
+
+
+def _recognise(seen: Glimpse) -> str | None:
+    text = seen.text.lstrip()
+    return "DeepMimic clip (JSON text)" if text.startswith("{") and '"Frames"' in text else None
+
+
+def _read_format(path: Path, options: ReadOptions) -> SourceClip:
+    return read_deepmimic(path)
+
+
+FORMAT = Format("deepmimic", "DeepMimic", (".txt", ".json"), _recognise, _read_format)

@@ -12,7 +12,8 @@ MAX_FILE_BYTES = 100_000_000
 MAX_LINE = 100_000
 MAX_NAME = 200
 """Most characters of a name; longer ones are damage and would fill the message."""
-_HEAD_BYTES = 4096
+HEAD_BYTES = 4096
+"""Length of the beginning by which a file's encoding and format are recognised."""
 _MARKS = (
     # first, because the mark of UTF-32 begins with that of UTF-16
     (b"\xff\xfe\0\0", "utf-32"), (b"\0\0\xfe\xff", "utf-32"), (b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"),
@@ -33,12 +34,12 @@ def open_text(path: Path, what: str) -> TextIO:
     """
     try:
         with path.open("rb") as stream:
-            head = stream.read(_HEAD_BYTES)
+            head = stream.read(HEAD_BYTES)
         if not head.strip():
             raise MotionFileError(path, f"empty; valid: {what}")
         if path.stat().st_size > MAX_FILE_BYTES:
             raise MotionFileError(path, f"larger than {MAX_FILE_BYTES // 10**6} MB")
-        encoding = _encoding(head)
+        encoding = encoding_of(head)
         if encoding is None:
             raise MotionFileError(path, f"a binary file; valid: {what}")
         return path.open(encoding=encoding, errors="replace")
@@ -46,7 +47,7 @@ def open_text(path: Path, what: str) -> TextIO:
         raise MotionFileError(path, f"cannot be read ({error.strerror})") from None
 
 
-def _encoding(head: bytes) -> str | None:
+def encoding_of(head: bytes) -> str | None:
     """Encoding of a text by its first bytes; None if it is no text."""
     for mark, encoding in _MARKS:
         if head.startswith(mark):

@@ -9,13 +9,13 @@ from duel_cases import bout
 from simprep.character import SIDES
 from simprep.cli.main import main
 from simprep.duel.stream.import_pair import import_pair
-from simprep.duel.stream.positions import PositionSettings, position_clip, read_positions
 from simprep.duel.stream.store import read_stream, save_stream
 from simprep.duel.stream.stream import root_distance
 from simprep.errors import MotionFileError, SettingError
 from simprep.humanoid_model import humanoid
 from simprep.motion.edit import resample
 from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.positions import PositionSettings, position_clip, read_positions
 
 SHORT = {"thigh": "hip", "shank": "knee", "foot": "ankle", "upper_arm": "shoulder", "forearm": "elbow", "hand": "wrist"}
 NAMES = ("neck", *(f"{side[0]}_{name}" for side in SIDES for name in SHORT.values()))

@@ -302,6 +302,8 @@ def _assemble(recording: Recording, at: dict[str, FloatArray], fps: float, notes
             pointing, shank = at[f"{side}_toe"] - at[name], at[name] - at[f"{side}_shank"]
             left = pelvis[..., 1] - unit(pointing) * (pelvis[..., 1] * unit(pointing)).sum(axis=-1, keepdims=True)
             rotations[:, number] = frame_from(left, -shank)
+    if flat := _turn_on(rotations):
+        notes.append(f"points of a joint and its neighbours on one line or spot: {flat} orientations are those before")
     rest = np.zeros((len(names), 3))  # no pose of the file is known to stand straight
     return SourceClip(
         recording.path,
@@ -314,4 +316,19 @@ def _assemble(recording: Recording, at: dict[str, FloatArray], fps: float, notes
         np.tile(np.eye(3), (len(names), 1, 1)),
         fps,
         notes=tuple(notes),
+        by_part=True,
     )
+
+
+def _turn_on(rotations: FloatArray) -> int:
+    """Replace frames (T, J, 3, 3) that are no rotations by those before, else after, else none; returns how many."""
+    good = np.abs(np.linalg.det(rotations) - 1) < 1e-6
+    frames = np.arange(len(good))
+    for joint in np.flatnonzero(~good.all(axis=0)):
+        known = np.flatnonzero(good[:, joint])
+        if len(known):
+            nearest = known[np.clip(np.searchsorted(known, frames, side="right") - 1, 0, None)]
+            rotations[:, joint] = rotations[nearest, joint]
+        else:
+            rotations[:, joint] = np.eye(3)
+    return int((~good).sum())

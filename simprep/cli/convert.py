@@ -1,0 +1,102 @@
+"""`simprep convert`: a motion file of one format into another."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from simprep.cli.output import BaseCommand, Json, Output, Quiet
+from simprep.errors import MotionFileError
+
+
+@dataclass(frozen=True)
+class Convert(BaseCommand):
+    """Write a motion in another format: BVH, TRC, C3D, OpenSim's MOT and STO, CSV of joint angles, .npz of simprep and more.
+
+    A file of joint angles of one of our characters is taken as it is. Any other is first retargeted onto the character, as
+    `simprep import` does. docs/formats.md says what each format keeps.
+
+    Example: simprep convert walk.bvh walk.mot
+    """
+
+    source: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="A", help_behavior_hint="")]
+    """The motion file to read, or the name of a motion of the library."""
+
+    target: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="B", help_behavior_hint="")]
+    """The file to write; its extension tells the format."""
+
+    to: Annotated[str | None, tyro.conf.arg(metavar="FORMAT", help_behavior_hint="")] = None
+    """Name of the format to write, where the extension does not tell it."""
+
+    character: Annotated[str | None, tyro.conf.arg(aliases=("--robot",), metavar="NAME", help_behavior_hint="")] = None
+    """Whose motion it becomes: humanoid, or the name or file of a robot; default: the humanoid's."""
+
+    fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
+    """Frames per second of the result; default: the file's, at most 60 where it is retargeted."""
+
+    file_fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
+    """Frames per second of A, where it does not state them, or states wrong ones."""
+
+    up: Literal["x", "y", "z"] | None = None
+    """Vertical axis of A; default: found."""
+
+    scale: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
+    """Metres per length unit of A; default: found."""
+
+    joint_map: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
+    """JSON object {"our part": "joint of the file"} for joints that are not recognised by their names."""
+
+    body_model: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
+    """SMPL body model (.npz) of yours, for the bones of AMASS files; default: those of a mean body."""
+
+    clip: Annotated[str | None, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = None
+    """Which clip of a file with several."""
+
+    strict: bool = False
+    """Make a doubtful retargeting an error, as `simprep import` does. Nothing is written then."""
+
+    json: Json = False
+    quiet: Quiet = False
+
+    def _run(self, output: Output) -> dict[str, Any]:
+        from simprep.characters import character_of_name
+        from simprep.motion.export import export_motion
+        from simprep.motion.formats.registry import format_to_write
+
+        form = format_to_write(self.target, self.to)
+        if self.target.resolve() == Path(self.source).resolve():
+            raise MotionFileError(self.target, "is the file to read; give another")
+        character = character_of_name(self.character or "humanoid")
+        motion, report = self._read(character)
+        for warning in report.get("warnings", ()):
+            output.warn(warning)
+        lost = export_motion(motion, self.target, form)
+        for note in lost:
+            output.warn(f"{form.title}: {note}")
+        output.say(
+            f"{self.source}: {report['recognised']}; {len(motion)} frames at {motion.fps:g} per second, {motion.duration:.2f} s"
+        )
+        output.say(f"written: {self.target} ({form.title})")
+        return {**report, "format": form.name, "lost": list(lost), "out": str(self.target)}
+
+    def _read(self, character: Any) -> tuple[Any, dict[str, Any]]:
+        from simprep.library.user import find_entry
+        from simprep.motion.load import import_motion
+
+        path = Path(self.source)
+        if not path.suffix and len(path.parts) == 1 and not path.exists():
+            motion = find_entry(self.source).generate()
+            if self.fps is not None:
+                motion = motion.resample(self.fps)
+            return motion, {"recognised": "a motion of the library", "frames": len(motion), "fps": motion.fps}
+        result = import_motion(
+            path, self.fps, self.up, self.scale, self.joint_map, character, self.file_fps, self.body_model, self.clip
+        )
+        if self.character and result.motion.character.name != character.name:
+            raise MotionFileError(
+                path, f"a motion of {result.motion.character.name}, which cannot be moved onto {character.name}"
+            )
+        if self.strict and result.report.doubtful:
+            raise MotionFileError(path, f"doubtful: {result.report.warnings[0]}; without --strict it is written")
+        return result.motion, result.report.as_dict()

@@ -1,0 +1,59 @@
+"""Every seeded fault is found on built-in motions, and clean motions raise nothing."""
+
+import pytest
+from faults import FAULTS, Fault, once
+
+from simprep.check.motion_check import check_motion
+from simprep.library.registry import library_motion
+from simprep.motion.load import import_motion
+from simprep.primitive_robot import primitive_robot
+
+CLEAN = (
+    "stand", "walk", "walk_fast", "walk_backward", "walk_turn_left", "walk_left", "turn_right", "step_forward", "punch_left",
+    "hook_right_head", "uppercut_left_body", "block_low_left", "weave_right", "kick_front", "roundhouse_left_body",
+    "guard_left_lead_forward", "crawl", "duck", "jump", "jump_far", "get_up_prone",
+)  # fmt: skip
+CAPTURED = (
+    "deepmimic/humanoid3d_walk.txt", "deepmimic/humanoid3d_run.txt", "deepmimic/humanoid3d_kick.txt",
+    "deepmimic/humanoid3d_jump.txt", "deepmimic/sie_humanoid3d_run_left08.txt", "bandai-namco/walk_normal_001.bvh",
+    "bandai-namco/run_normal_001.bvh", "bandai-namco/punch_normal_001.bvh",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.name)
+def test_each_fault_is_found(fault: Fault) -> None:
+    for base in fault.bases:
+        motion = once(library_motion(base))
+        raised = check_motion(fault.apply(motion)).raised
+        assert set(raised) & set(fault.raised), f"{base}: {raised}"
+        assert not set(check_motion(motion).raised) & set(fault.raised), base
+
+
+@pytest.mark.parametrize("name", CLEAN)
+def test_clean_motions_raise_nothing(name: str) -> None:
+    assert check_motion(library_motion(name)).raised == ()
+
+
+@pytest.mark.parametrize("name", CAPTURED)
+def test_captured_motions_raise_nothing(name: str, data_dir) -> None:
+    assert check_motion(import_motion(data_dir / name).motion).raised == ()
+
+
+@pytest.mark.parametrize(
+    "name", ["xyzw read as wxyz", "y up", "root reversed", "left and right swapped", "joints breadth first"]
+)
+def test_faults_are_found_on_another_body(name: str, data_dir) -> None:
+    motion = import_motion(data_dir / "deepmimic/humanoid3d_walk.txt", character=primitive_robot()).motion
+    fault = next(one for one in FAULTS if one.name == name)
+    assert check_motion(once(motion)).raised == ()
+    assert set(check_motion(fault.apply(once(motion))).raised) & set(fault.raised)
+
+
+def test_a_finding_says_where() -> None:
+    motion = once(library_motion("walk"))
+    fault = next(one for one in FAULTS if one.name == "joint 10 deg over its limit")
+    finding = check_motion(fault.apply(motion)).finding("joint range")
+    assert finding.part == "left_knee_flexion"
+    assert len(motion) // 2 <= finding.frame < len(motion) // 2 + 12
+    assert finding.value == pytest.approx(10.0, abs=1e-6)
+    assert finding.verdict == "fail"
