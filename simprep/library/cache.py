@@ -25,7 +25,7 @@ from simprep.motion.store import read_motion, save_motion
 
 ENVIRONMENT = "SIMPREP_CACHE_DIR"
 """Environment variable that names another cache folder."""
-PACKAGES = ("numpy", "scipy", "mujoco", "mink", "daqp")
+PACKAGES = ("numpy", "scipy", "mujoco", "daqp")
 """Packages that poses are computed with."""
 SOURCES = ("library", "motion")
 """Folders of simprep whose code makes motions."""

@@ -68,6 +68,7 @@ def build_planner(world: mujoco.MjModel, scene: SceneSettings, timestep: float) 
     # a few sweeps over the contacts are right to some millirad at the end of a look-ahead; from scratch they converge
     # no worse than from the last step's forces
     model.opt.solver, model.opt.iterations = mujoco.mjtSolver.mjSOL_PGS, CONTACT_SWEEPS
+    model.opt.cone = mujoco.mjtCone.mjCONE_ELLIPTIC  # three rows for a contact instead of four
     model.opt.disableflags |= mujoco.mjtDisableBit.mjDSBL_WARMSTART
     joints = [world.joint(model.joint(index).name) for index in range(model.njnt)]
     qvel = np.concatenate([_entries(joint.dofadr[0], 6 if _is_free(joint) else 1) for joint in joints])

@@ -14,7 +14,7 @@ import numpy as np
 
 from simprep.files import atomic_path
 
-PACKAGES = ("simprep", "mujoco", "numpy", "scipy", "mink", "daqp")
+PACKAGES = ("simprep", "mujoco", "numpy", "scipy", "daqp")
 
 
 def jsonable(value: Any) -> Any:

@@ -32,7 +32,7 @@ def arm_raise(tmp_path):
 
 
 def test_help_is_light_and_fast():
-    heavy = ["numpy", "scipy", "mujoco", "pysindy", "mink", "matplotlib", "PIL"]
+    heavy = ["numpy", "scipy", "mujoco", "pysindy", "matplotlib", "PIL"]
     code = (
         "import sys; from simprep.cli.main import main; assert main(['--help']) == 0; "
         f"print('LOADED', [name for name in {heavy!r} if name in sys.modules])"

@@ -1,6 +1,7 @@
 """Formats that are written: what is read back is what was written, in every format the same body."""
 
 from dataclasses import replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import mujoco
@@ -36,7 +37,7 @@ def leaning_robot() -> Character:
 BODIES = {
     "humanoid": humanoid(), "another size": humanoid(1.62, 58.0), "robot": primitive_robot(), "leaning robot": leaning_robot()
 }  # fmt: skip
-EXTENSIONS = ("npz", "bvh", "trc", "c3d", "mot", "sto", "csv")
+EXTENSIONS = ("npz", "bvh", "trc", "mot", "sto", "csv", *(("c3d",) if find_spec("ezc3d") else ()))
 SINGLE_PRECISION = {"c3d": 5e-5}
 """Largest difference of an angle where the format has no double precision [rad]; 1e-6 elsewhere."""
 
