@@ -65,7 +65,7 @@ class MpcSettings:
     samples: int = 22
     refined: int = 10
     iterations: int = 2
-    first_rounds: int = 20
+    first_rounds: int = 12
     keep: int = 4
     shrink: float = 0.7
     damping: tuple[float, ...] = (0.03, 0.1, 0.3, 1.0, 3.0)
