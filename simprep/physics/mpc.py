@@ -62,8 +62,8 @@ class MpcSettings:
     horizon: float = 5 / 12
     replan: float = 1 / 40
     knot_spacing: float = 0.1
-    samples: int = 22
-    refined: int = 10
+    samples: int = 21
+    refined: int = 9
     iterations: int = 2
     first_rounds: int = 12
     keep: int = 4
@@ -109,7 +109,7 @@ class MpcSettings:
 
 
 MPC_PRESETS = {
-    "live": MpcSettings(replan=1 / 20, samples=25, refined=9),
+    "live": MpcSettings(replan=1 / 20, samples=23, refined=8),
     "default": MpcSettings(),
     "bake": MpcSettings(horizon=0.5, samples=150, refined=30, iterations=3),
 }
