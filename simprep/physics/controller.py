@@ -54,7 +54,9 @@ class ControlTask:
 class Controller(Protocol):
     """Chooses servo targets at every simulation step. It never touches the state or applies forces.
 
-    A controller that simulates may have an attribute `simulation_s`: the computing time of that so far [s]. One that can
+    A controller that simulates may have an attribute `simulation_s`: the computing time of that so far [s]. One that knows
+    better than the motion's first frames how fast the bodies start has a method `start(data)`, called once, with the bodies
+    on their references: it returns the velocities (nv,) to start with, and states in its settings what it changed. One that can
     track a motion that is still being made (`simprep.physics.tracker`) has a method `follow(references, shift)`: from
     now on these are the references, and indices in them are greater by `shift` than in the ones before.
     """

@@ -16,7 +16,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from simprep.arrays import FloatArray, IndexArray
+from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.errors import SettingError
 from simprep.physics.bodies import SceneBody
 from simprep.physics.controller import ControlTask, feedforward_targets
@@ -25,6 +25,7 @@ from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference
 from simprep.physics.rollouts import Record, Rollouts, record_of
 from simprep.physics.sampling import OffsetSearch, SearchSettings, linear_basis
+from simprep.physics.start_search import StartSearch
 from simprep.physics.tracking_cost import CostWeights, TrackingCost
 
 
@@ -42,6 +43,8 @@ class MpcSettings:
         refined: simulations in every later one, which tries what the one before found.
         iterations: iterations per plan.
         first_rounds: how often the first plan of all is improved by so many iterations; it starts from nothing.
+        start_speed: standard deviation by which the motion tells the first velocity of the root [m/s], and start_spin: the
+            same of its angular velocity [rad/s]. So much, about, it may be changed by the first plan; 0 for not at all.
         keep: best samples that enter the next plan's first iteration, moved on in time.
         shrink: factor on the noise from one iteration to the next.
         damping: of the steps that an iteration finds and the next one tries, as shares of the samples' mean effect.
@@ -66,6 +69,8 @@ class MpcSettings:
     refined: int = 9
     iterations: int = 2
     first_rounds: int = 12
+    start_speed: float = 0.1
+    start_spin: float = 0.3
     keep: int = 4
     shrink: float = 0.7
     damping: tuple[float, ...] = (0.03, 0.1, 0.3, 1.0, 3.0)
@@ -96,7 +101,8 @@ class MpcSettings:
         if not self.damping or min(self.damping) <= 0:
             raise SettingError(f"mpc: damping {self.damping}; valid: one or more numbers above 0")
         least_of = {
-            "iterations": 1, "first_rounds": 1, "keep": 0, "samples": self.keep + 3, "refined": len(self.damping),
+            "iterations": 1, "first_rounds": 0, "start_speed": 0, "start_spin": 0, "keep": 0, "samples": self.keep + 3,
+            "refined": len(self.damping),
         }  # fmt: skip
         for name, least in least_of.items():
             if getattr(self, name) < least:
@@ -156,6 +162,7 @@ class MpcController:
         self._rollouts = [Rollouts(planner, size, self._steps, s.threads) for size in sizes]
         self._offsets = np.zeros((self._every, model.nu))
         self._planned_at = -1
+        self._start_change = np.zeros((len(planner.bodies), 6))
         self._sent: deque[FloatArray] = deque(maxlen=task.delay)
         self._present = mujoco.MjData(model)
         self.total_s = 0.0
@@ -180,13 +187,32 @@ class MpcController:
         """Computing time spent inside MuJoCo so far [s]."""
         return sum(rollouts.simulation_s for rollouts in self._rollouts)
 
+    def start(self, data: mujoco.MjData) -> FloatArray:
+        """Velocities to start with (see `Controller`): the roots' may change; the first plan is searched with them."""
+        s, begin = self._settings, perf_counter()
+        std = np.repeat([s.start_speed, s.start_spin], 3)
+        starts = [StartSearch(one.search, len(one.members), std) for one in self._searches]
+        for _ in range(s.first_rounds):
+            for one in starts:
+                one.begin()
+            for iteration in range(s.iterations):
+                tried = [one.sample(self._rng, iteration) for one in starts]
+                change = np.concatenate([of_members for _, of_members in tried], axis=1)
+                residuals, failed = self._simulate(0, data, iteration, [theta for theta, _ in tried], change)
+                for one, (theta, own), errors in zip(starts, tried, residuals):
+                    one.update(theta, own, errors, failed)
+        self._start_change = np.concatenate([one.finish() for one in starts])
+        qvel = data.qvel.copy()
+        for body, own in zip(self._task.bodies, self._start_change):
+            qvel[body.qvel.start : body.qvel.start + 6] += own
+        self.total_s += perf_counter() - begin
+        return np.asarray(qvel)
+
     def target(self, step: int, data: mujoco.MjData) -> FloatArray:
         """Servo targets for the coming step (see `Controller.target`); plans anew when due."""
         if self._planned_at < 0 or step - self._planned_at >= self._every:
             begin = perf_counter()
-            present = self._predicted(data)
-            for number in range(self._settings.first_rounds if self._planned_at < 0 else 1):
-                self._replan(step, present, number == 0)
+            self._replan(step, self._predicted(data))
             self._planned_at = step
             self.total_s += perf_counter() - begin
         targets = np.asarray(self._feedforward[step] + self._offsets[step - self._planned_at])
@@ -208,26 +234,17 @@ class MpcController:
     def settings(self) -> dict[str, Any]:
         """Configuration, for the record."""
         record = {**asdict(self._settings), "rejected_samples": self.rejected}
+        record["start_change_mps_radps"] = self._start_change.tolist()
         if len(self._costs) == 1:
             del record["common_search"]  # means nothing for one body
         return record
 
-    def _replan(self, step: int, data: mujoco.MjData, moved: bool) -> None:
-        s = self._settings
-        frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
-        feedforward = self._feedforward[frames][:, self._planner.controls]  # (steps, planned controls)
+    def _replan(self, step: int, data: mujoco.MjData) -> None:
         for one in self._searches:
-            one.search.begin(moved)
-        for iteration in range(s.iterations):
+            one.search.begin(moved=self._planned_at >= 0)
+        for iteration in range(self._settings.iterations):
             tried = [one.search.sample(self._rng, iteration) for one in self._searches]
-            control = np.repeat(feedforward[None], len(tried[0]), axis=0)
-            for one, theta in zip(self._searches, tried):
-                control[:, :, one.controls] += self._basis @ theta
-            record, failed = self._rollouts[min(iteration, 1)].run(data, control)
-            residuals = [self._residuals(step, one, record, theta) for one, theta in zip(self._searches, tried)]
-            for errors in residuals:
-                failed |= ~np.isfinite(errors).all(axis=1)
-            self.rejected += int(failed.sum())
+            residuals, failed = self._simulate(step, data, iteration, tried)
             improved = [
                 one.search.update(theta, errors, failed) for one, theta, errors in zip(self._searches, tried, residuals)
             ]
@@ -236,6 +253,22 @@ class MpcController:
         self._offsets[:] = 0.0
         for one in self._searches:
             self._offsets[:, self._planner.controls[one.controls]] = self._world_basis @ one.search.plan
+
+    def _simulate(
+        self, step: int, data: mujoco.MjData, iteration: int, tried: list[FloatArray], change: FloatArray | None = None
+    ) -> tuple[list[FloatArray], BoolArray]:
+        """Errors (samples, R) of the offsets that each search tries, and which samples (samples,) failed."""
+        frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
+        feedforward = self._feedforward[frames][:, self._planner.controls]  # (steps, planned controls)
+        control = np.repeat(feedforward[None], len(tried[0]), axis=0)
+        for one, theta in zip(self._searches, tried):
+            control[:, :, one.controls] += self._basis @ theta
+        record, failed = self._rollouts[min(iteration, 1)].run(data, control, change)
+        residuals = [self._residuals(step, one, record, theta) for one, theta in zip(self._searches, tried)]
+        for errors in residuals:
+            failed |= ~np.isfinite(errors).all(axis=1)
+        self.rejected += int(failed.sum())
+        return residuals, failed
 
     def _residuals(self, step: int, one: "_Search", record: Record, theta: FloatArray) -> FloatArray:
         parts, first = [], 0

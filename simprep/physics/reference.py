@@ -110,7 +110,11 @@ def process(motion: Motion, settings: ReferenceSettings) -> Reference:
         qvel=differentiate(processed.qpos, fps, motion.character),
         kinematics=forward_kinematics(processed.qpos, motion.character),
         clearance=clearance,
-        processing={**asdict(settings), "largest_lift_m": float(lift.max()), "start": "exactly on the reference"},
+        processing={
+            **asdict(settings),
+            "largest_lift_m": float(lift.max()),
+            "start": "on the reference; the controller may change velocities",
+        },
     )
 
 

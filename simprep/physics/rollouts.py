@@ -32,15 +32,22 @@ class Rollouts:
         self._time = self._batch.bind("time")
         self.simulation_s = 0.0
 
-    def run(self, data: mujoco.MjData, control: FloatArray) -> tuple[Record, BoolArray]:
+    def run(
+        self, data: mujoco.MjData, control: FloatArray, change: FloatArray | None = None
+    ) -> tuple[Record, BoolArray]:
         """Simulate; returns records qpos, qvel, xpos, subtree_com (samples, steps, ...), and which samples diverged.
 
         Args:
             data: of the world, read only.
             control: (samples, steps, controls) servo targets of the planner's actuators [rad].
+            change: (samples, bodies, 6) added to the velocity of each root, world frame [m/s], and its spin, own frame
+                [rad/s].
         """
         self._qpos[:] = data.qpos[self._planner.qpos]
         self._qvel[:] = data.qvel[self._planner.qvel]
+        if change is not None:
+            for number, one in enumerate(self._planner.bodies):
+                self._qvel[:, one.qvel.start : one.qvel.start + 6] += change[:, number]
         for body, quat in self._planner.fused_orientations(data):
             self._body_quat[:, body] = quat
         self._time[:] = data.time

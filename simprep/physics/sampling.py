@@ -30,7 +30,7 @@ class SearchSettings:
 
 
 class OffsetSearch:
-    """A plan of offsets at knots and its improvement by samples; its state is the plan and the best samples.
+    """A plan of offsets at knots and its improvement by samples; its state is the plan and the best samples (`kept`).
 
     Args:
         shift: (knots, knots) moves a curve on by the time between two plans.
@@ -39,10 +39,15 @@ class OffsetSearch:
     """
 
     def __init__(self, shift: FloatArray, std: FloatArray, settings: SearchSettings) -> None:
-        self._settings = settings
-        self._shift, self._std = shift, std
+        self.settings = settings
+        self.std = std
+        self._shift = shift
         self.plan = np.zeros((len(shift), len(std)))
-        self._kept = np.zeros((0, *self.plan.shape))
+        self.kept = np.zeros((0, *self.plan.shape))
+
+    def go_on_from(self, plan: FloatArray, kept: FloatArray) -> None:
+        """Take a plan (knots, sampled) and good samples (n, knots, sampled) that were found otherwise [rad]."""
+        self.plan, self.kept = plan, kept
 
     def begin(self, moved: bool = True) -> None:
         """Start a new plan from the last one and its best samples.
@@ -51,7 +56,7 @@ class OffsetSearch:
             moved: time has gone on since, so they are moved on.
         """
         if moved:
-            self._kept = np.einsum("kl,nlj->nkj", self._shift, self._kept)
+            self.kept = np.einsum("kl,nlj->nkj", self._shift, self.kept)
             self.plan = self._shift @ self.plan
         self._pool, self._costs = np.zeros((0, *self.plan.shape)), np.zeros(0)
         self._residuals, self._products = np.zeros((0, 0)), np.zeros((0, 0))
@@ -68,14 +73,14 @@ class OffsetSearch:
             rng: random generator.
             iteration: of this plan, from 0.
         """
-        s = self._settings
+        s = self.settings
         if iteration == 0:
-            centre, given = self.plan, np.concatenate([self.plan[None], np.zeros((1, *self.plan.shape)), self._kept])
+            centre, given = self.plan, np.concatenate([self.plan[None], np.zeros((1, *self.plan.shape)), self.kept])
         else:
             centre, given = self._steps[len(self._steps) // 2], self._steps
         self._first_step = len(self._pool)
         count = (s.refined if iteration else s.samples) - len(given)
-        noise = rng.standard_normal((count, *self.plan.shape)) * self._std * s.shrink**iteration
+        noise = rng.standard_normal((count, *self.plan.shape)) * self.std * s.shrink**iteration
         return np.concatenate([given, centre + np.resize(s.scales, count)[:, None, None] * noise])
 
     def update(self, theta: FloatArray, residuals: FloatArray, failed: BoolArray) -> bool:
@@ -86,7 +91,7 @@ class OffsetSearch:
             residuals: (samples, R) of each.
             failed: (samples,) which do not count.
         """
-        s = self._settings
+        s = self.settings
         # all iterations of a plan begin in the same state, so earlier samples still count
         self._pool = np.concatenate([self._pool, theta])
         self._residuals = np.concatenate([self._residuals.reshape(-1, residuals.shape[1]), residuals])
@@ -98,7 +103,7 @@ class OffsetSearch:
         order = order[np.isfinite(self._costs[order])]
         if len(order) == 0:
             return False
-        self._kept = self._pool[order[: s.keep]]
+        self.kept = self._pool[order[: s.keep]]
         # the damping whose step was the best is the best guess for the next step
         tried = self._costs[self._first_step : self._first_step + len(self._steps)]
         damping = len(s.damping) // 2 if len(tried) == 0 else int(np.argmin(tried))
@@ -110,10 +115,10 @@ class OffsetSearch:
         """(dampings, knots, sampled) the best combinations of samples, ordered from the best, if residuals are linear."""
         best, others = order[0], order[1:]
         directions = self._pool[others] - self._pool[best]
-        length = np.sqrt(np.mean((directions / self._std) ** 2, axis=(1, 2)))
+        length = np.sqrt(np.mean((directions / self.std) ** 2, axis=(1, 2)))
         usable = length > _SAME
         if not usable.any():
-            return np.repeat(self._pool[best][None], len(self._settings.damping), axis=0)
+            return np.repeat(self._pool[best][None], len(self.settings.damping), axis=0)
         # all directions equally long: a far sample says no more than a near one
         others, length = others[usable], length[usable]
         directions = directions[usable] / length[:, None, None]
@@ -124,7 +129,7 @@ class OffsetSearch:
         slope = (to_best - products[best, best]) / length
         unit = np.trace(gram) / len(gram) + _TINY
         combined = []
-        for damping in self._settings.damping:
+        for damping in self.settings.damping:
             damped = gram.copy()
             damped.reshape(-1)[:: len(gram) + 1] += damping * unit
             _, solution, failed = dposv(damped, -slope)

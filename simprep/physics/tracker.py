@@ -319,6 +319,9 @@ class Tracker:
         mujoco.mj_forward(self.model, data)
         task = ControlTask(self._known, self._scene, self._bodies, references, self._seed, self._observer.delay)
         self._brain = self._factory(task)
+        if hasattr(self._brain, "start"):
+            data.qvel[:] = self._brain.start(data)
+            mujoco.mj_forward(self.model, data)
         steps = len(references[0].qpos) - 1
         self._recorders = tuple(BodyRecorder(steps, self.model, body) for body in self._bodies)
         for recorder in self._recorders:

@@ -12,8 +12,10 @@ from simprep.errors import SettingError
 from simprep.humanoid_model import GRAVITY, humanoid
 from simprep.library import library_motion
 from simprep.motion.motion import Motion
+from simprep.physics.bodies import scene_bodies
+from simprep.physics.controller import ControlTask
 from simprep.physics.inverse_dynamics import needed_torques
-from simprep.physics.mpc import MPC_PRESETS, MpcSettings
+from simprep.physics.mpc import MPC_PRESETS, MpcController, MpcSettings
 from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference, make_reference
 from simprep.physics.rollouts import Record
@@ -158,6 +160,28 @@ def test_failed_samples_count_for_nothing() -> None:
     again = search.sample(rng, 0)
     assert not search.update(again, np.full((20, 30), np.nan), np.ones(20, dtype=bool))
     np.testing.assert_array_equal(search.plan, plan)
+
+
+def test_a_start_that_the_body_cannot_have_had_is_mended_and_told() -> None:
+    scene = SceneSettings()
+    model = build_scene(scene)
+    bodies = scene_bodies(model, scene.bodies)
+    reference = make_reference(library_motion("walk"), model.opt.timestep)
+    task = ControlTask(model, scene, bodies, (reference,), seed=0)
+    data = mujoco.MjData(model)
+    data.qpos[:], data.qvel[:] = reference.qpos[0], reference.qvel[0]
+    data.qvel[1] += 0.3  # sideways
+    mujoco.mj_forward(model, data)
+    given = data.qvel.copy()
+    controller = MpcController(task, MpcSettings(threads=1))
+    chosen = controller.start(data)
+    np.testing.assert_array_equal(data.qvel, given)
+    off = np.abs(chosen[1] - reference.qvel[0, 1])
+    assert off < 0.15
+    np.testing.assert_allclose(controller.settings()["start_change_mps_radps"], (chosen - given)[None, :6], atol=1e-12)
+    np.testing.assert_array_equal(chosen[6:], given[6:])
+    fixed = MpcController(task, MpcSettings(threads=1, start_speed=0.0, start_spin=0.0, first_rounds=1))
+    np.testing.assert_array_equal(fixed.start(data), given)
 
 
 def test_planner_is_the_same_body_with_fewer_joints() -> None:
