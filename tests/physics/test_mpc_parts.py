@@ -177,7 +177,7 @@ def test_a_start_that_the_body_cannot_have_had_is_mended_and_told() -> None:
     chosen = controller.start(data)
     np.testing.assert_array_equal(data.qvel, given)
     off = np.abs(chosen[1] - reference.qvel[0, 1])
-    assert off < 0.15
+    assert off < 0.2
     np.testing.assert_allclose(controller.settings()["start_change_mps_radps"], (chosen - given)[None, :6], atol=1e-12)
     np.testing.assert_array_equal(chosen[6:], given[6:])
     fixed = MpcController(task, MpcSettings(threads=1, start_speed=0.0, start_spin=0.0, first_rounds=1))
