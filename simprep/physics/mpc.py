@@ -63,7 +63,7 @@ class MpcSettings:
 
     timestep: float = 1 / 96
     horizon: float = 5 / 12
-    replan: float = 1 / 40
+    replan: float = 1 / 35
     knot_spacing: float = 0.1
     samples: int = 21
     refined: int = 9
@@ -115,9 +115,9 @@ class MpcSettings:
 
 
 MPC_PRESETS = {
-    "live": MpcSettings(replan=1 / 20, samples=23, refined=8),
+    "live": MpcSettings(replan=1 / 20, samples=22, refined=8, first_rounds=8),
     "default": MpcSettings(),
-    "bake": MpcSettings(horizon=0.5, samples=150, refined=30, iterations=3),
+    "bake": MpcSettings(horizon=0.5, samples=140, refined=30, iterations=3),
 }
 """How much to compute: least for what must keep up with the clock, most for what is made once (docs/tracking.md)."""
 
