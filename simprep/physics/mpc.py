@@ -65,8 +65,8 @@ class MpcSettings:
     horizon: float = 5 / 12
     replan: float = 1 / 35
     knot_spacing: float = 0.1
-    samples: int = 22
-    refined: int = 10
+    samples: int = 21
+    refined: int = 9
     iterations: int = 2
     first_rounds: int = 12
     start_speed: float = 0.1

@@ -29,8 +29,8 @@ class CostWeights:
         instants: time between two scored instants [s].
     """
 
-    position: float = 120.0
-    relative: float = 150.0
+    position: float = 100.0
+    relative: float = 200.0
     orientation: float = 10.0
     velocity: float = 0.5
     spin: float = 0.05
