@@ -68,7 +68,9 @@ def fakes(monkeypatch):
         fake = FakeTrack(interrupt_at)
         monkeypatch.setattr("simprep.study.validate.track", fake)
         monkeypatch.setattr("simprep.study.validate.make_scenario", fake_scenario)
-        monkeypatch.setattr("simprep.cli.resolve.resolve_motion", lambda name, warn, library=None, robot=None: still(name))
+        monkeypatch.setattr(
+            "simprep.cli.resolve.resolve_motion", lambda name, warn, library=None, robot=None: still(name)
+        )
         return fake
 
     return install
