@@ -115,9 +115,9 @@ class MpcSettings:
 
 
 MPC_PRESETS = {
-    "live": MpcSettings(replan=1 / 20, samples=22, refined=8, first_rounds=8, weights=CostWeights(position=60.0)),
+    "live": MpcSettings(replan=1 / 20, samples=22, refined=8, first_rounds=8),
     "default": MpcSettings(),
-    "bake": MpcSettings(horizon=0.5, samples=140, refined=30, iterations=3, weights=CostWeights(position=60.0)),
+    "bake": MpcSettings(horizon=0.5, samples=140, refined=30, iterations=3),
 }
 """How much to compute: least for what must keep up with the clock, most for what is made once (docs/tracking.md)."""
 

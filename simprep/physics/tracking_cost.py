@@ -29,7 +29,7 @@ class CostWeights:
         instants: time between two scored instants [s].
     """
 
-    position: float = 100.0
+    position: float = 60.0
     relative: float = 200.0
     orientation: float = 10.0
     velocity: float = 0.5
