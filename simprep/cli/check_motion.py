@@ -10,7 +10,7 @@ import tyro
 from simprep import __version__
 from simprep.cli import output as output_module
 from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet, Robot
-from simprep.errors import MotionFileError, SettingError
+from simprep.errors import SettingError
 
 if TYPE_CHECKING:
     from simprep.check.motion_check import MotionCheck
@@ -113,10 +113,11 @@ class CheckMotion(BaseCommand):
 
     def _mended(self, motion: "Motion", output: Output, table: bool) -> "tuple[Motion, list[str]]":
         from simprep.check.mend import mend
+        from simprep.motion.export import export_motion
 
         assert self.fix is not None
         mended = mend(motion)
-        lost = _write(mended.motion, self.fix, self.to)
+        lost = export_motion(mended.motion, self.fix, self.to)
         if table:
             for change in mended.changes or ("nothing was to be changed",):
                 output.say(f"fixed: {change}")
@@ -124,11 +125,13 @@ class CheckMotion(BaseCommand):
         return mended.motion, list(mended.changes)
 
     def _write_replay(self, followed: Any, output: Output) -> str | None:
+        from simprep.motion.export import export_motion
+
         assert self.replay is not None
         if followed.replay is None:
             output.warn(f"no replay written: {followed.finding.note}")
             return None
-        lost = _write(followed.replay, self.replay, self.to)
+        lost = export_motion(followed.replay, self.replay, self.to)
         output.say(
             f"replay: every pose is now the simulated one, {followed.finding.value:.0f} mm from the motion's on average; "
             f"written: {self.replay}" + (f"; not kept: {'; '.join(lost)}" if lost else "")
@@ -204,19 +207,6 @@ class CheckMotion(BaseCommand):
                 {key: record.get(key) for key in ("file", "decision", "verdict", "raised", "error")} for record in files
             ],
         }
-
-
-def _write(motion: "Motion", path: Path, to: str | None) -> tuple[str, ...]:
-    from simprep.files import atomic_path
-    from simprep.motion.formats.registry import format_to_write
-
-    form = format_to_write(path, to)
-    assert form.write is not None
-    try:
-        with atomic_path(path) as temporary:
-            return form.write(motion, temporary)
-    except OSError as error:
-        raise MotionFileError(path, f"cannot be written ({error.strerror})") from None
 
 
 def _table(checked: "MotionCheck") -> Any:
