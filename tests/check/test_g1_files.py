@@ -1,6 +1,5 @@
 """Real motion files of a real robot: karate of the Unitree G1, in every format, checked and with faults."""
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -25,11 +24,8 @@ FOUND = (
 
 
 @pytest.fixture(scope="module")
-def robot(data_dir: Path) -> Character:
-    model = Path(os.environ.get("SIMPREP_TEST_ROBOTS", data_dir.parent / "robots")) / "unitree_g1" / "g1.xml"
-    if not model.is_file():
-        pytest.skip(f"no model of the robot at {model}")
-    return load_robot(model)
+def robot(g1_model: Path) -> Character:
+    return load_robot(g1_model)
 
 
 def karate(data_dir: Path, robot: Character, name: str) -> Motion:
