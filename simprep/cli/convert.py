@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
-from simprep.cli.output import BaseCommand, Json, Output, Quiet
+from simprep.cli.output import BaseCommand, Json, Output, Quiet, Robot
 from simprep.errors import MotionFileError
 
 
@@ -29,8 +29,7 @@ class Convert(BaseCommand):
     to: Annotated[str | None, tyro.conf.arg(metavar="FORMAT", help_behavior_hint="")] = None
     """Name of the format to write, where the extension does not tell it."""
 
-    character: Annotated[str | None, tyro.conf.arg(aliases=("--robot",), metavar="NAME", help_behavior_hint="")] = None
-    """Whose motion it becomes: humanoid, or the name or file of a robot; default: the humanoid's."""
+    robot: Robot = None
 
     fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
     """Frames per second of the result; default: the file's, at most 60 where it is retargeted."""
@@ -60,15 +59,13 @@ class Convert(BaseCommand):
     quiet: Quiet = False
 
     def _run(self, output: Output) -> dict[str, Any]:
-        from simprep.characters import character_of_name
         from simprep.motion.export import export_motion
         from simprep.motion.formats.registry import format_to_write
 
         form = format_to_write(self.target, self.to)
         if self.target.resolve() == Path(self.source).resolve():
             raise MotionFileError(self.target, "is the file to read; give another")
-        character = character_of_name(self.character or "humanoid")
-        motion, report = self._read(character)
+        motion, report = self._read(output)
         for warning in report.get("warnings", ()):
             output.warn(warning)
         lost = export_motion(motion, self.target, form)
@@ -80,23 +77,35 @@ class Convert(BaseCommand):
         output.say(f"written: {self.target} ({form.title})")
         return {**report, "format": form.name, "lost": list(lost), "out": str(self.target)}
 
-    def _read(self, character: Any) -> tuple[Any, dict[str, Any]]:
+    def _read(self, output: Output) -> tuple[Any, dict[str, Any]]:
+        from simprep.cli.resolve import onto, resolve_robot
+        from simprep.humanoid_model import humanoid
         from simprep.library.user import find_entry
         from simprep.motion.load import import_motion
 
-        path = Path(self.source)
+        path, body = Path(self.source), resolve_robot(self.robot)
         if not path.suffix and len(path.parts) == 1 and not path.exists():
             motion = find_entry(self.source).generate()
+            if body is not None:
+                motion = onto(motion, body, output.warn).motion
             if self.fps is not None:
                 motion = motion.resample(self.fps)
             return motion, {"recognised": "a motion of the library", "frames": len(motion), "fps": motion.fps}
         result = import_motion(
-            path, self.fps, self.up, self.scale, self.joint_map, character, self.file_fps, self.body_model, self.clip
+            path,
+            self.fps,
+            self.up,
+            self.scale,
+            self.joint_map,
+            body or humanoid(),
+            self.file_fps,
+            self.body_model,
+            self.clip,
         )
-        if self.character and result.motion.character.name != character.name:
-            raise MotionFileError(
-                path, f"a motion of {result.motion.character.name}, which cannot be moved onto {character.name}"
-            )
+        report = result.report.as_dict()
+        if body is not None and result.motion.character != body:
+            result = onto(result.motion, body, lambda _: None)  # its warnings are shown by the caller
+            report = {**result.report.as_dict(), "recognised": report["recognised"]}
         if self.strict and result.report.doubtful:
             raise MotionFileError(path, f"doubtful: {result.report.warnings[0]}; without --strict it is written")
-        return result.motion, result.report.as_dict()
+        return result.motion, report

@@ -11,6 +11,7 @@ from simprep.cli.main import main
 from simprep.library.registry import library_motion
 from simprep.motion.formats import trc
 from simprep.motion.load import import_motion
+from simprep.primitive_robot import primitive_robot
 
 
 def test_a_chain_of_formats_keeps_the_motion(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -39,6 +40,15 @@ def test_a_foreign_file_is_retargeted_first(tmp_path: Path, capsys: pytest.Captu
     assert main(["convert", str(source), str(tmp_path / "b.csv"), "--json", "--fps", "60", "--strict"]) == 0
     report = json.loads(capsys.readouterr().out)
     assert (report["recognised"], report["fps"], report["doubtful"]) == ("BVH", 60, False)
+
+
+def test_a_motion_is_moved_onto_the_robot_that_is_named(tmp_path: Path) -> None:
+    robot = primitive_robot()
+    own, file = tmp_path / "own.npz", tmp_path / "walk.bvh"
+    assert main(["convert", "walk", str(file)]) == 0  # of the humanoid
+    for source in ("walk", str(file)):
+        assert main(["convert", source, str(own), "--robot", "primitive_robot"]) == 0
+        assert import_motion(own).motion.character == robot
 
 
 @pytest.mark.parametrize(
