@@ -9,6 +9,7 @@ import tyro
 
 from simprep import __version__
 from simprep.cli import output as output_module
+from simprep.cli.file_options import Clip, FileFps
 from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet, Robot
 from simprep.errors import SettingError
 
@@ -37,11 +38,9 @@ class CheckMotion(BaseCommand):
 
     robot: Robot = None
 
-    file_fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
-    """Frames per second of the file, where its format does not state them."""
+    file_fps: FileFps = None
 
-    clip: Annotated[str | None, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = None
-    """Which clip of a file with several."""
+    clip: Clip = None
 
     no_track: bool = False
     """Look at the poses only; simulate nothing."""

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import tyro
 
+from simprep.cli.file_options import BodyModel, Clip, FileFps, JointMap, Scale, Up
 from simprep.cli.output import BaseCommand, Json, Output, Quiet, Robot
 from simprep.errors import MotionFileError
 
@@ -34,23 +35,17 @@ class Convert(BaseCommand):
     fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
     """Frames per second of the result; default: the file's, at most 60 where it is retargeted."""
 
-    file_fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
-    """Frames per second of A, where it does not state them, or states wrong ones."""
+    file_fps: FileFps = None
 
-    up: Literal["x", "y", "z"] | None = None
-    """Vertical axis of A; default: found."""
+    up: Up = None
 
-    scale: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
-    """Metres per length unit of A; default: found."""
+    scale: Scale = None
 
-    joint_map: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
-    """JSON object {"our part": "joint of the file"} for joints that are not recognised by their names."""
+    joint_map: JointMap = None
 
-    body_model: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
-    """SMPL body model (.npz) of yours, for the bones of AMASS files; default: those of a mean body."""
+    body_model: BodyModel = None
 
-    clip: Annotated[str | None, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = None
-    """Which clip of a file with several."""
+    clip: Clip = None
 
     strict: bool = False
     """Make a doubtful retargeting an error, as `simprep import` does. Nothing is written then."""

@@ -2,10 +2,11 @@
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 import tyro
 
+from simprep.cli.file_options import BodyModel, FileFps, JointMap, Scale, Up
 from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 
@@ -33,20 +34,15 @@ class DuelImport(BaseCommand):
     fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
     """Frames per second of the result; default: that of --like, else the files', at most 60."""
 
-    up: Literal["x", "y", "z"] | None = None
-    """Vertical axis of the files; default: found."""
+    up: Up = None
 
-    scale: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
-    """Metres per length unit of the files; default: found."""
+    scale: Scale = None
 
-    joint_map: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
-    """JSON object {"our part": "joint of the file"} for joints that are not recognised by their names."""
+    joint_map: JointMap = None
 
-    file_fps: Annotated[float | None, tyro.conf.arg(metavar="FLOAT", help_behavior_hint="")] = None
-    """Frames per second of the files, where they do not state them."""
+    file_fps: FileFps = None
 
-    body_model: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
-    """SMPL body model (.npz) of yours, for the bones of SMPL files; default: those of a mean body."""
+    body_model: BodyModel = None
 
     offset: Annotated[float | None, tyro.conf.arg(metavar="SECONDS", help_behavior_hint="")] = None
     """Time of B's first frame after A's, for two files of different starts or lengths; both are cut to the time that they
