@@ -138,18 +138,13 @@ class CheckMotion(BaseCommand):
         return str(self.replay)
 
     def _read(self, text: str) -> "tuple[Motion, tuple[str, ...]]":
-        from simprep.cli.resolve import onto, resolve_motion, resolve_robot
-        from simprep.humanoid_model import humanoid
-        from simprep.motion.load import import_motion
+        from simprep.cli.resolve import imported, resolve_motion, resolve_robot
 
         path, notes = Path(text), list[str]()
         if not path.suffix and len(path.parts) == 1 and not path.exists():
             return resolve_motion(text, notes.append, None, self.robot), tuple(notes)
-        body = resolve_robot(self.robot)
-        result = import_motion(path, character=body or humanoid(), file_fps=self.file_fps, clip=self.clip)
-        notes += [result.report.recognised, *result.report.warnings]
-        motion = result.motion if body is None else onto(result.motion, body, notes.append).motion
-        return motion, tuple(notes)
+        result = imported(path, resolve_robot(self.robot), file_fps=self.file_fps, clip=self.clip)
+        return result.motion, (result.report.recognised, *result.report.warnings)
 
     def _folder(self, folder: Path, output: Output) -> dict[str, Any]:
         from rich.table import Table

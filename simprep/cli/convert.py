@@ -73,34 +73,19 @@ class Convert(BaseCommand):
         return {**report, "format": form.name, "lost": list(lost), "out": str(self.target)}
 
     def _read(self, output: Output) -> tuple[Any, dict[str, Any]]:
-        from simprep.cli.resolve import onto, resolve_robot
-        from simprep.humanoid_model import humanoid
-        from simprep.library.user import find_entry
-        from simprep.motion.load import import_motion
+        from simprep.cli.resolve import imported, resolve_motion, resolve_robot
 
-        path, body = Path(self.source), resolve_robot(self.robot)
+        path = Path(self.source)
         if not path.suffix and len(path.parts) == 1 and not path.exists():
-            motion = find_entry(self.source).generate()
-            if body is not None:
-                motion = onto(motion, body, output.warn).motion
+            motion = resolve_motion(self.source, output.warn, robot=self.robot)
             if self.fps is not None:
                 motion = motion.resample(self.fps)
             return motion, {"recognised": "a motion of the library", "frames": len(motion), "fps": motion.fps}
-        result = import_motion(
-            path,
-            self.fps,
-            self.up,
-            self.scale,
-            self.joint_map,
-            body or humanoid(),
-            self.file_fps,
-            self.body_model,
-            self.clip,
-        )
-        report = result.report.as_dict()
-        if body is not None and result.motion.character != body:
-            result = onto(result.motion, body, lambda _: None)  # its warnings are shown by the caller
-            report = {**result.report.as_dict(), "recognised": report["recognised"]}
+        reading = {
+            "fps": self.fps, "up": self.up, "scale": self.scale, "joint_map": self.joint_map,
+            "file_fps": self.file_fps, "body_model": self.body_model, "clip": self.clip,
+        }  # fmt: skip
+        result = imported(path, resolve_robot(self.robot), **reading)
         if self.strict and result.report.doubtful:
             raise MotionFileError(path, f"doubtful: {result.report.warnings[0]}; without --strict it is written")
-        return result.motion, report
+        return result.motion, result.report.as_dict()

@@ -54,26 +54,16 @@ class Import(BaseCommand):
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.archive import find_archive
-        from simprep.cli.resolve import onto, resolve_robot
-        from simprep.humanoid_model import humanoid
-        from simprep.motion.load import import_motion
+        from simprep.cli.resolve import imported, resolve_robot
         from simprep.motion.store import SCHEMA, save_motion
 
         file = find_archive(self.file, "simprep motion", SCHEMA)
         body = resolve_robot(self.robot)
-        result = import_motion(
-            file,
-            self.fps,
-            self.up,
-            self.scale,
-            self.joint_map,
-            body or humanoid(),
-            self.file_fps,
-            self.body_model,
-            self.clip,
-        )
-        if body is not None and result.motion.character != body:
-            result = onto(result.motion, body, lambda _: None)  # its report is shown below
+        reading = {
+            "fps": self.fps, "up": self.up, "scale": self.scale, "joint_map": self.joint_map,
+            "file_fps": self.file_fps, "body_model": self.body_model, "clip": self.clip,
+        }  # fmt: skip
+        result = imported(file, body, **reading)
         if self.strict and result.report.doubtful:
             raise MotionFileError(file, f"doubtful: {result.report.warnings[0]}; without --strict it is written")
         target = self.out or Path(f"{file.stem}.npz")

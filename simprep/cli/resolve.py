@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from simprep.errors import MotionError, SettingError, UnknownNameError
 
@@ -52,7 +52,7 @@ def resolve_motion(
         choices = (*error.choices, f"or the path of a file: {readable()}")
         raise UnknownNameError("motion", text, choices) from None
     motion = entry.generate()
-    return motion if body is None else onto(motion, body, warn).motion
+    return motion if body is None else _onto(motion, body, warn)
 
 
 def resolve_robot(robot: str | None) -> Character | None:
@@ -69,30 +69,52 @@ def resolve_robot(robot: str | None) -> Character | None:
     return character_of_name(robot)
 
 
-def onto(motion: Motion, body: Character, warn: Callable[[str], None]) -> ImportResult:
+def _onto(motion: Motion, body: Character, warn: Callable[[str], None]) -> Motion:
     """A motion on a body, as it is if it is that body's already; `warn` receives what the retargeting says.
 
     Raises:
         MotionFileError: it cannot be retargeted.
     """
-    from simprep.motion.load import ImportReport, ImportResult
     from simprep.motion.transfer import transferred
 
     if motion.character == body:
-        return ImportResult(motion, ImportReport(len(motion), motion.fps, motion.duration, None, "z", 1.0, ()))
+        return motion
     result = transferred(motion, body)
     for line in result.report.warnings:
         warn(f"{motion.name} on {body.name}: {line}")
-    return result
+    return result.motion
+
+
+def imported(path: str | Path, body: Character | None, **reading: Any) -> ImportResult:
+    """A motion file on a body, with one report of all that was done.
+
+    Args:
+        path: the file.
+        body: whose motion it becomes; None for the one whose motion the file holds, or the humanoid.
+        reading: further arguments of `simprep.motion.load.import_motion`.
+
+    Raises:
+        MotionFileError: it cannot be read or retargeted.
+    """
+    from simprep.humanoid_model import humanoid
+    from simprep.motion.load import ImportResult, import_motion
+    from simprep.motion.transfer import transferred
+
+    result = import_motion(path, character=body or humanoid(), **reading)
+    if body is None or result.motion.character == body:
+        return result
+    moved = transferred(result.motion, body)
+    report = replace(
+        moved.report, recognised=result.report.recognised, warnings=(*result.report.warnings, *moved.report.warnings)
+    )
+    return ImportResult(moved.motion, report)
 
 
 def _imported(path: str, body: Character | None, warn: Callable[[str], None]) -> Motion:
-    from simprep.motion.load import import_motion
-
-    result = import_motion(path) if body is None else import_motion(path, character=body)
+    result = imported(path, body)
     for line in result.report.warnings:
         warn(f"{Path(path).name}: {line}")
-    return result.motion if body is None else onto(result.motion, body, warn).motion
+    return result.motion
 
 
 def parse_frames(text: str) -> tuple[int | None, int | None]:
