@@ -11,22 +11,20 @@ import sys
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from time import process_time
 from typing import Any
 
 import numpy as np
 
+from measuring.runs import measured_run
 from measuring.save import save_study
 from measuring.yardstick import Yardstick
 from simprep.characters import character_of_name
 from simprep.cli.resolve import select
 from simprep.errors import SimprepError
-from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.load import import_motion
 from simprep.motion.motion import Motion
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.simulate import track
 from simprep.report.results import provenance
 
 Job = tuple[Motion, int, str]
@@ -34,18 +32,9 @@ Job = tuple[Motion, int, str]
 
 def measured(job: Job) -> dict[str, Any]:
     motion, seed, preset = job
-    begin = process_time()
-    run = track(motion, "mpc", seed, SimulationSettings(mpc=replace(MPC_PRESETS[preset], threads=1)))
-    cost = process_time() - begin
-    return {
-        "motion": motion.name,
-        "seed": seed,
-        "duration_s": motion.duration,
-        "end_reason": run.end_reason,
-        "cpu_s_per_s": cost / run.end_s if run.end_s > 0 else None,
-        "peak_torque_share": float((np.abs(run.torque) / run.torque_limit).max()) if run.steps else None,
-        **evaluate_run(run),
-    }
+    run, row = measured_run(motion, seed, SimulationSettings(mpc=replace(MPC_PRESETS[preset], threads=1)))
+    peak = float((np.abs(run.torque) / run.torque_limit).max()) if run.steps else None
+    return {**row, "peak_torque_share": peak}
 
 
 def markdown(rows: list[dict[str, Any]], yardstick_s: float) -> str:
@@ -59,12 +48,12 @@ def markdown(rows: list[dict[str, Any]], yardstick_s: float) -> str:
         own_medians = [float(np.median([row[key] for row in own if row[key] is not None])) for key in keys]
         peaks = [row["peak_speed_share"] for row in own if row["peak_speed_share"] is not None]
         speed = f"{max(peaks):.2f}" if peaks else "-"
-        done = sum(row["end"] == "done" for row in own)
+        done = sum(row["done"] for row in own)
         lines.append(
             f"| {name} | {own[0]['duration_s']:.1f} s | {done}/{len(own)} | {own_medians[0]:.0f} | {own_medians[1]:.0f} | "
             f"{own_medians[2]:.0f} | {speed} | {own_medians[3] / 2 / yardstick_s:.2f} |"
         )
-    lost = [row for row in rows if row["end"] != "done"]
+    lost = [row for row in rows if not row["done"]]
     lines += [
         "",
         *(f"- {row['motion']}, seed {row['seed']}: {row['survived_s']:.2f} s, {row['end_reason']}" for row in lost),

@@ -14,22 +14,20 @@ from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
-from time import process_time
 from typing import Any
 
 import numpy as np
 
-from measuring.clips import FARTHEST_M, motions
+from measuring.clips import motions
+from measuring.runs import measured_run
 from measuring.save import save_study
 from measuring.yardstick import Yardstick
 from simprep.errors import SimprepError
-from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.motion import Motion
 from simprep.physics.mismatch import Mismatch
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.pushes import random_kicks
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.simulate import track
 from simprep.report.results import provenance
 
 CONDITIONS = {
@@ -52,22 +50,8 @@ def measured(job: Job) -> dict[str, Any]:
     settings = SimulationSettings(
         mpc=replace(MPC_PRESETS[preset], threads=1), kicks=kicks, mismatch=CONDITIONS[condition]
     )
-    begin = process_time()
-    run = track(motion, "mpc", seed, settings)
-    cost = process_time() - begin
-    farthest = float(np.linalg.norm(run.qpos[:, :2] - run.reference_qpos[:, :2], axis=1).max())
-    return {
-        "condition": condition,
-        "motion": name,
-        "seed": seed,
-        "kicks": len(kicks),
-        "done": run.end == "done",
-        "tracked": run.end == "done" and farthest < FARTHEST_M,
-        "farthest_m": farthest,
-        "cpu_s_per_s": cost / run.end_s if run.end_s > 0 else None,
-        "end_reason": run.end_reason,
-        **evaluate_run(run),
-    }
+    _, row = measured_run(motion, seed, settings)
+    return {**row, "condition": condition, "motion": name, "kicks": len(kicks)}
 
 
 def summary(rows: list[dict[str, Any]], yardstick_s: float) -> Iterator[dict[str, Any]]:

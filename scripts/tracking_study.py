@@ -17,16 +17,15 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from measuring.clips import FARTHEST_M, motions
+from measuring.clips import motions
+from measuring.runs import measured_run
 from measuring.save import save_study
 from measuring.yardstick import Yardstick
 from simprep.errors import SimprepError
 from simprep.library import library_names
-from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.motion import Motion
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.simulate import track
 from simprep.report.results import provenance
 
 KEYS = ("mpjpe_mm", "g_mpjpe_mm", "farthest_m", "foot_slip_ratio", "penetration_mm", "yardsticks")
@@ -34,15 +33,8 @@ DIGITS = (1, 0, 2, 1, 1, 2)
 
 
 def measured(motion: Motion, preset: str, seed: int, yardstick_s: float) -> dict[str, Any]:
-    run = track(motion, "mpc", seed, SimulationSettings(mpc=MPC_PRESETS[preset]))
-    farthest = float(np.linalg.norm(run.qpos[:, :2] - run.reference_qpos[:, :2], axis=1).max())
-    return {
-        **evaluate_run(run),
-        "tracked": run.end == "done" and farthest < FARTHEST_M,
-        "end_reason": run.end_reason,
-        "farthest_m": farthest,
-        "yardsticks": run.wall_s / run.end_s / yardstick_s if run.end_s > 0 else None,
-    }
+    run, row = measured_run(motion, seed, SimulationSettings(mpc=MPC_PRESETS[preset]))
+    return {**row, "yardsticks": run.wall_s / run.end_s / yardstick_s if run.end_s > 0 else None}
 
 
 def markdown(summaries: list[dict[str, Any]], rows: list[dict[str, Any]], preset: str) -> str:
@@ -90,7 +82,7 @@ def main() -> int:
         for seed in range(options.seeds):
             result = measured(motion, options.preset, seed, yardstick_s)
             results.append(result)
-            rows.append({"motion": name, "seed": seed, **result})
+            rows.append({**result, "motion": name})
             print(name, seed, result["end"], *(f"{key}={result[key]}" for key in KEYS), file=sys.stderr, flush=True)
         numbers = {key: [float(r[key]) for r in results if r[key] is not None] for key in KEYS}
         median = {key: float(np.median(values)) if values else None for key, values in numbers.items()}

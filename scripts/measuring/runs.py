@@ -1,0 +1,38 @@
+"""One simulated run of a study, and what every study of tracking says of it."""
+
+from time import process_time
+from typing import Any
+
+import numpy as np
+
+from measuring.clips import FARTHEST_M
+from simprep.metrics.evaluate import evaluate_run
+from simprep.motion.motion import Motion
+from simprep.physics.run import DONE, Run
+from simprep.physics.settings import SimulationSettings
+from simprep.physics.simulate import track
+
+
+def measured_run(motion: Motion, seed: int, settings: SimulationSettings) -> tuple[Run, dict[str, Any]]:
+    """Track a motion with `mpc`; the run, and the row of a study about it.
+
+    A row has all metrics, the name and length [s] of the motion, seed, `done`, `tracked` (done, and the pelvis never
+    farther than `FARTHEST_M` from its place on the floor), `farthest_m`, `cpu_s_per_s` (processor time for each second that
+    was simulated; None if none was) and why the run ended.
+    """
+    begin = process_time()
+    run = track(motion, "mpc", seed, settings)
+    cost = process_time() - begin
+    farthest = float(np.linalg.norm(run.qpos[:, :2] - run.reference_qpos[:, :2], axis=1).max())
+    done = run.end == DONE
+    return run, {
+        "motion": motion.name,
+        "duration_s": motion.duration,
+        "seed": seed,
+        "done": done,
+        "tracked": done and farthest < FARTHEST_M,
+        "farthest_m": farthest,
+        "cpu_s_per_s": cost / run.end_s if run.end_s > 0 else None,
+        "end_reason": run.end_reason,
+        **evaluate_run(run),
+    }
