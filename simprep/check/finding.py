@@ -5,8 +5,6 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 PASS, WARN, FAIL, INFO = "pass", "warn", "fail", "info"
-VERDICTS = (PASS, WARN, FAIL, INFO)
-"""`info` is a number without a verdict: no threshold for it is established."""
 
 
 @dataclass(frozen=True)
@@ -15,7 +13,7 @@ class Finding:
 
     Attributes:
         check: its name.
-        verdict: one of `VERDICTS`.
+        verdict: `pass`, `warn`, `fail`, or `info` for a number without a verdict, where no threshold is established.
         value: the number judged; None where it does not exist.
         unit: of the number and its thresholds.
         warn_above: the verdict is `warn` above this.

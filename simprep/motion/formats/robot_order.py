@@ -39,12 +39,10 @@ class Order:
     Attributes:
         joints: (J,) joint of the character of each column of the file's angles; -1 for a column that it lacks.
         notes: how it was found.
-        residual_m: mean distance of the stored bodies from those of the joint angles; None without stored bodies [m].
     """
 
     joints: IndexArray
     notes: tuple[str, ...]
-    residual_m: float | None = None
 
 
 def breadth_first(character: Character) -> tuple[IndexArray, IndexArray]:
@@ -180,7 +178,7 @@ def _by_bodies(clip: RobotClip, bodies: StoredBodies, character: Character, orde
         notes.append(
             "joints and bodies are in different orders: a program that takes both as one order maps targets wrongly"
         )
-    return Order(joints, tuple(notes), residual)
+    return Order(joints, tuple(notes))
 
 
 def _distances(
