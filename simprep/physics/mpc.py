@@ -188,7 +188,11 @@ class MpcController:
         return sum(rollouts.simulation_s for rollouts in self._rollouts)
 
     def start(self, data: mujoco.MjData) -> FloatArray:
-        """Velocities to start with (see `Controller`): the roots' may change; the first plan is searched with them."""
+        """Velocities (nv,) to start with [m/s, rad/s]: the roots' may change a little, searched with the first plan.
+
+        Args:
+            data: the bodies on their references; read only.
+        """
         s, begin = self._settings, perf_counter()
         std = np.repeat([s.start_speed, s.start_spin], 3)
         starts = [StartSearch(one.search, len(one.members), std) for one in self._searches]
