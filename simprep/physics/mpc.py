@@ -10,6 +10,7 @@ simulations, in which they touch each other.
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import pairwise
 from time import perf_counter
 from typing import Any
 
@@ -42,6 +43,8 @@ class MpcSettings:
         samples: simulations in a plan's first iteration.
         refined: simulations in every later one, which tries what the one before found.
         iterations: iterations per plan.
+        harder: (cost, samples, refined), costs ascending: a plan that cost more is followed by one with so many simulations
+            in the first iteration and in later ones. What is lost in a hard moment is not won back by average effort.
         first_rounds: how often the first plan of all is improved by so many iterations; it starts from nothing.
         start_speed: standard deviation by which the motion tells the first velocity of the root [m/s], and start_spin: the
             same of its angular velocity [rad/s]. So much, about, it may be changed by the first plan; 0 for not at all.
@@ -68,6 +71,7 @@ class MpcSettings:
     samples: int = 21
     refined: int = 9
     iterations: int = 2
+    harder: tuple[tuple[float, int, int], ...] = ((0.5, 60, 20), (5.0, 140, 40))
     first_rounds: int = 12
     start_speed: float = 0.1
     start_spin: float = 0.3
@@ -107,17 +111,29 @@ class MpcSettings:
         for name, least in least_of.items():
             if getattr(self, name) < least:
                 raise SettingError(f"mpc: {name} {getattr(self, name)}; valid: at least {least}")
+        costs = [0.0, *(cost for cost, _, _ in self.harder)]
+        if any(after <= before for before, after in pairwise(costs)) or any(
+            samples < least_of["samples"] or refined < least_of["refined"] for _, samples, refined in self.harder
+        ):
+            raise SettingError(
+                f"mpc: harder {self.harder}; valid: (cost, samples, refined) with ascending costs above 0, "
+                f"at least {least_of['samples']} samples and {least_of['refined']} refined"
+            )
 
     @property
-    def search(self) -> SearchSettings:
-        """The settings of the sampling."""
-        return SearchSettings(self.samples, self.refined, self.keep, self.shrink, self.scales, self.damping)
+    def searches(self) -> tuple[SearchSettings, ...]:
+        """The settings of the sampling: as always, and after plans that cost more and more."""
+        counts = ((self.samples, self.refined), *((samples, refined) for _, samples, refined in self.harder))
+        return tuple(
+            SearchSettings(samples, refined, self.keep, self.shrink, self.scales, self.damping)
+            for samples, refined in counts
+        )
 
 
 MPC_PRESETS = {
-    "live": MpcSettings(replan=1 / 20, samples=22, refined=8, first_rounds=8),
+    "live": MpcSettings(replan=1 / 20, samples=22, refined=8, first_rounds=8, harder=((0.6, 33, 12), (2.0, 60, 20))),
     "default": MpcSettings(),
-    "bake": MpcSettings(horizon=0.5, samples=140, refined=30, iterations=3),
+    "bake": MpcSettings(horizon=0.5, samples=140, refined=30, iterations=3, harder=((0.5, 300, 60),)),
 }
 """How much to compute: least for what must keep up with the clock, most for what is made once (docs/tracking.md)."""
 
@@ -154,12 +170,18 @@ class MpcController:
             _Search(
                 members,
                 np.concatenate([planner.bodies[member].controls.start + sampled[member] for member in members]),
-                OffsetSearch(shift, np.concatenate([std[member][sampled[member]] for member in members]), s.search),
+                OffsetSearch(
+                    shift, np.concatenate([std[member][sampled[member]] for member in members]), s.searches[0]
+                ),
             )
             for members in together
         ]
-        sizes = (s.samples, s.refined)[: s.iterations]
-        self._rollouts = [Rollouts(planner, size, self._steps, s.threads) for size in sizes]
+        self._levels = [
+            [Rollouts(planner, size, self._steps, s.threads) for size in (one.samples, one.refined)[: s.iterations]]
+            for one in s.searches
+        ]
+        self._rollouts = self._levels[0]
+        self._plans = [0] * len(self._levels)  # how many of each
         self._offsets = np.zeros((self._every, model.nu))
         self._planned_at = -1
         self._start_change = np.zeros((len(planner.bodies), 6))
@@ -185,7 +207,7 @@ class MpcController:
     @property
     def simulation_s(self) -> float:
         """Computing time spent inside MuJoCo so far [s]."""
-        return sum(rollouts.simulation_s for rollouts in self._rollouts)
+        return sum(rollouts.simulation_s for level in self._levels for rollouts in level)
 
     def start(self, data: mujoco.MjData) -> FloatArray:
         """Velocities (nv,) to start with [m/s, rad/s]: the roots' may change a little, searched with the first plan.
@@ -238,13 +260,19 @@ class MpcController:
     def settings(self) -> dict[str, Any]:
         """Configuration, for the record."""
         record = {**asdict(self._settings), "rejected_samples": self.rejected}
+        record["plans_by_effort"] = list(self._plans)
         record["start_change_mps_radps"] = self._start_change.tolist()
         if len(self._costs) == 1:
             del record["common_search"]  # means nothing for one body
         return record
 
     def _replan(self, step: int, data: mujoco.MjData) -> None:
+        cost = max(one.search.cost for one in self._searches)  # of the last plan
+        level = sum(cost > least for least, _, _ in self._settings.harder)
+        self._plans[level] += 1
+        self._rollouts = self._levels[level]
         for one in self._searches:
+            one.search.settings = self._settings.searches[level]
             one.search.begin(moved=self._planned_at >= 0)
         for iteration in range(self._settings.iterations):
             tried = [one.search.sample(self._rng, iteration) for one in self._searches]

@@ -30,7 +30,9 @@ class SearchSettings:
 
 
 class OffsetSearch:
-    """A plan of offsets at knots and its improvement by samples; its state is the plan and the best samples (`kept`).
+    """A plan of offsets at knots and its improvement by samples.
+
+    Its state is the plan, the least cost that was simulated for it, and the best samples (`kept`).
 
     Args:
         shift: (knots, knots) moves a curve on by the time between two plans.
@@ -43,6 +45,7 @@ class OffsetSearch:
         self.std = std
         self._shift = shift
         self.plan = np.zeros((len(shift), len(std)))
+        self.cost = 0.0
         self.kept = np.zeros((0, *self.plan.shape))
 
     def go_on_from(self, plan: FloatArray, kept: FloatArray) -> None:
@@ -103,6 +106,7 @@ class OffsetSearch:
         order = order[np.isfinite(self._costs[order])]
         if len(order) == 0:
             return False
+        self.cost = float(self._costs[order[0]])
         self.kept = self._pool[order[: s.keep]]
         # the damping whose step was the best is the best guess for the next step
         tried = self._costs[self._first_step : self._first_step + len(self._steps)]

@@ -217,6 +217,10 @@ def test_impossible_settings_are_refused() -> None:
         MpcSettings(refined=2)
     with pytest.raises(SettingError, match=r"mpc: damping \(0.0,\); valid"):
         MpcSettings(damping=(0.0,))
+    with pytest.raises(SettingError, match=r"mpc: harder .*; valid: \(cost, samples, refined\) with ascending costs"):
+        MpcSettings(harder=((2.0, 60, 20), (1.0, 90, 20)))
+    with pytest.raises(SettingError, match=r"mpc: harder .* at least 7 samples and 5 refined"):
+        MpcSettings(harder=((2.0, 60, 2),))
 
 
 def test_least_squares_survives_degenerate_problems(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,7 +36,7 @@ def standing(character: Character, x: float, name: str) -> Motion:
 def run(request: pytest.FixtureRequest) -> Run:
     """One body, two within each other (contacts), three."""
     motions = [standing(character, 0.15 * n, f"motion {n}") for n, character in enumerate(PEOPLE[: request.param])]
-    mpc = MpcSettings(samples=8, keep=2, iterations=1)
+    mpc = MpcSettings(samples=8, keep=2, iterations=1, harder=())
     done = simulate(motions, "mpc", 5, SimulationSettings(mpc=mpc))
     return replace(done, assist=Assist(3.5, 0.25))
 

@@ -123,7 +123,7 @@ def puncher(seconds: float) -> tuple[Motion, Motion]:
 
 def test_a_planned_punch_is_bit_identical_and_obeys_newton() -> None:
     motions = puncher(0.75)
-    mpc = MpcSettings(samples=16, iterations=1)
+    mpc = MpcSettings(samples=16, iterations=1, harder=())
     runs = [simulate(motions, seed=2, settings=SimulationSettings(mpc=replace(mpc, threads=n))) for n in (1, 2)]
     run = runs[0]
     assert_same_physics(*runs)
@@ -149,7 +149,7 @@ def assert_same_physics(one: Run, other: Run) -> None:
 
 def test_errors_of_both_can_count_together() -> None:
     motions = puncher(0.1)
-    mpc = MpcSettings(samples=10, iterations=1, threads=1)
+    mpc = MpcSettings(samples=10, iterations=1, threads=1, harder=())
     runs = [
         simulate(motions, settings=SimulationSettings(mpc=replace(mpc, common_search=common)))
         for common in (False, True)
@@ -170,7 +170,7 @@ def three(seconds: float) -> tuple[Motion, Motion, Motion]:
 @pytest.mark.parametrize("controller", ["pd", "mpc"])
 def test_three_bodies_in_one_world_are_bit_identical_at_any_thread_count(controller: str) -> None:
     motions = three(0.5 if controller == "pd" else 0.1)
-    mpc = MpcSettings(samples=8, keep=2, iterations=1)
+    mpc = MpcSettings(samples=8, keep=2, iterations=1, harder=())
     runs = [
         simulate(motions, controller, 3, SimulationSettings(mpc=replace(mpc, threads=threads))) for threads in (1, 2)
     ]

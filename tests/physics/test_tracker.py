@@ -18,7 +18,7 @@ from simprep.physics.mismatch import Observer
 from simprep.physics.pushes import KICK_EVERY_S, KICK_MPS, KICK_RADPS, random_kicks
 from simprep.physics.standing import BRAKE_S, standing_tail
 
-CHEAP = MpcSettings(samples=12, refined=6, iterations=1, replan=0.05)
+CHEAP = MpcSettings(samples=12, refined=6, iterations=1, replan=0.05, harder=())
 
 
 @pytest.fixture(scope="module")

@@ -19,7 +19,7 @@ from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 
 WEIGHT_N = 75.0 * 9.81
-CHEAP = MpcSettings(samples=16, refined=8)
+CHEAP = MpcSettings(samples=16, refined=8, harder=())
 
 
 def standing(seconds: float = 1.0, height: float = 0.0) -> Motion:
@@ -47,6 +47,16 @@ def test_only_gravity_and_the_floor_move_the_com() -> None:
         assert np.abs(impulse).max() < 0.004 * WEIGHT_N * 0.25
         assert run.assist.force_n == 0.0
         assert run.assist.torque_nm == 0.0
+
+
+def test_a_moment_that_costs_much_is_planned_with_more_simulations() -> None:
+    settings = SimulationSettings(mpc=replace(CHEAP, harder=((0.5, 24, 10),)))
+    calm = track(standing(0.7), "mpc", settings=settings).settings["plans_by_effort"]
+    push = Push("pelvis", start=0.2, duration=0.2, force=(300.0, 0.0, 0.0))
+    pushed = track(standing(0.7), "mpc", settings=replace(settings, pushes=(push,))).settings["plans_by_effort"]
+    assert calm[1] == 0
+    assert pushed[1] > 5
+    assert sum(pushed) == sum(calm)
 
 
 def test_a_body_in_the_air_falls_as_a_stone() -> None:

@@ -154,7 +154,7 @@ def test_the_limit_holds_in_the_simulation():
 
 
 def test_the_same_seeds_give_the_same_limits_with_mpc():
-    cheap = SimulationSettings(mpc=MpcSettings(samples=8, refined=5, iterations=1, horizon=0.1, replan=0.1))
+    cheap = SimulationSettings(mpc=MpcSettings(samples=8, refined=5, iterations=1, horizon=0.1, replan=0.1, harder=()))
     settings = PushSettings(0.2, (90.0,), largest_n=4000.0, tolerance_n=600.0, seeds=(3,))
     limits = [push_limits(standing(0.6), settings, simulation=cheap) for _ in range(2)]
     assert limits[0] == limits[1]
