@@ -4,20 +4,16 @@ Thresholds are those by which holosoma judges a retargeting, so that numbers com
 sliding above 0.01 m/s in contact, contact within 2 cm.
 """
 
-from functools import lru_cache
-
 import mujoco
 import numpy as np
 from scipy.ndimage import minimum_filter1d
 
-from simprep.arrays import IndexArray
-from simprep.character import SIDES, Character
+from simprep.character import SIDES
 from simprep.check.finding import INFO, Finding, graded
 from simprep.check.subject import Subject
 from simprep.motion.contacts import stances
+from simprep.motion.self_contact import collision_model
 from simprep.motion.set_down import set_down
-from simprep.physics.bodies import WORLD, geom_owners, scene_bodies
-from simprep.scene import SceneSettings, scene_spec
 
 PENETRATION_WARN_MM, PENETRATION_FAIL_MM = 10.0, 20.0
 FLOAT_WARN_MM, FLOAT_FAIL_MM = 30.0, 45.0
@@ -33,15 +29,14 @@ FOOTING_WARN_MPS, FOOTING_FAIL_MPS = 0.3, 0.6
 FOOTING_NEAR_M = 0.02
 SELF_WARN_MM, SELF_FAIL_MM = 50.0, 80.0
 """Limbs of captured people that brush each other are in each other for a moment on any model: what lasts is a fault."""
-NEIGHBOURS = 2
-_SELF_BIT = 2**20
 HELD_S = 0.2
 """Time that an overlap of the body with itself must last [s]."""
 
 
 def collisions(subject: Subject) -> tuple[Finding, Finding]:
     """The deepest overlap of the body with the floor, and with itself, by MuJoCo's collision detection."""
-    model, owner, ignored = _scene(subject.character)
+    scene = collision_model(subject.character)
+    model = scene.model
     data = mujoco.MjData(model)
     floor, own = np.zeros(len(subject.motion)), np.zeros(len(subject.motion))
     floor_part = ""
@@ -50,14 +45,14 @@ def collisions(subject: Subject) -> tuple[Finding, Finding]:
         data.qpos[:] = pose
         mujoco.mj_kinematics(model, data)
         mujoco.mj_collision(model, data)
-        for contact in range(data.ncon):
-            first, second = (int(geom) for geom in data.contact.geom[contact])
+        within = set(scene.own_contacts(data))
+        for contact, (first, second) in enumerate(data.contact.geom[: data.ncon].tolist()):
             depth = -float(data.contact.dist[contact])
-            if WORLD in (owner[first], owner[second]):
+            if scene.is_floor(first) or scene.is_floor(second):
                 if depth > floor.max():
-                    floor_part = _body_of(model, second if owner[first] == WORLD else first)
+                    floor_part = _body_of(model, second if scene.is_floor(first) else first)
                 floor[frame] = max(floor[frame], depth)
-            elif (first, second) not in ignored and depth > own[frame]:
+            elif contact in within and depth > own[frame]:
                 own[frame], parts[frame] = depth, (first, second)
     held = minimum_filter1d(own, max(1, round(HELD_S * subject.fps)), mode="nearest")
     at = int(np.argmax(held))
@@ -73,43 +68,6 @@ def collisions(subject: Subject) -> tuple[Finding, Finding]:
             f"for {HELD_S:g} s; {1e3 * own.max():.0f} mm at the deepest moment" if own.any() else "",
         ),
     )  # fmt: skip
-
-
-@lru_cache(maxsize=4)
-def _scene(character: Character) -> tuple[mujoco.MjModel, IndexArray, frozenset[tuple[int, int]]]:
-    """The body over a floor, the owner of each geom, and pairs of geoms whose contact means nothing.
-
-    A model that lists the pairs that collide knows best. In any other, all geoms collide but those of segments that are
-    at most two joints apart, and those that overlap in the reference pose.
-    """
-    spec = scene_spec(SceneSettings((character,)))
-    listed = len(spec.pairs) > 0
-    if not listed:
-        for geom in spec.geoms:
-            if geom.contype and geom.parent.name != "world":
-                geom.contype, geom.conaffinity = geom.contype | _SELF_BIT, geom.conaffinity | _SELF_BIT
-    model = spec.compile()
-    owner = geom_owners(model, scene_bodies(model, (character,)))[0]
-    own = [] if listed else np.flatnonzero((owner != WORLD) & (model.geom_contype > 0)).tolist()
-    near = {(a, b) for a in own for b in own if _joints_apart(model, a, b) <= NEIGHBOURS}
-    data = mujoco.MjData(model)
-    data.qpos[:] = character.standing_qpos
-    mujoco.mj_kinematics(model, data)
-    mujoco.mj_collision(model, data)
-    return model, owner, frozenset(near | {(int(a), int(b)) for a, b in data.contact.geom[: data.ncon]})
-
-
-def _joints_apart(model: mujoco.MjModel, first: int, second: int) -> int:
-    """Number of segments on the way from one geom to another, up to the common one and down again."""
-    ways = []
-    for geom in (first, second):
-        body, way = int(model.geom_bodyid[geom]), []
-        while body > 0:
-            way.append(body)
-            body = int(model.body_parentid[body])
-        ways.append(way)
-    common = set(ways[0]) & set(ways[1])
-    return sum(len([body for body in way if body not in common]) for way in ways)
 
 
 def _body_of(model: mujoco.MjModel, geom: int) -> str:

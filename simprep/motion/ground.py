@@ -13,6 +13,7 @@ from simprep.motion.foot_passage import place_feet
 from simprep.motion.footholds import FootPoses, sole_points
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.retarget import RetargetSettings, solve
+from simprep.motion.self_contact import arms_apart
 from simprep.motion.set_down import set_down
 from simprep.motion.speed_limits import within_speed_limits
 from simprep.motion.targets import ORIENTED, UPRIGHT, Targets, unit
@@ -44,6 +45,8 @@ KEPT_STRAY_S = 0.1
 PREROLL_S = 0.25
 TOUCHING = 0.005
 """A foot this high touches the floor [m]."""
+OVERLAPPING = 0.005
+"""A body that is deeper in itself is worth a word [m]."""
 HOVERING = 0.01
 """Setting the body down by more than this gives a warning [m]."""
 
@@ -112,6 +115,12 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
     else:
         solution = solve(whole, standing, character, settings)
         qpos, unsettled = solution.qpos, solution.unsettled
+    if character.origin:  # a robot; a person's arms may brush the trunk
+        qpos, deep, left = arms_apart(qpos, whole.fps, character, step is not None)
+        if before.max(initial=0.0) > OVERLAPPING:
+            warnings.append(
+                f"the body was up to {1e3 * before.max():.0f} mm in itself: arms moved out, {1e3 * after.max():.0f} mm are left"
+            )
     qpos, slowed = within_speed_limits(qpos, whole.fps, character, step is not None)
     if slowed:
         warnings.append(f"faster than the body's joints can turn, so slowed: {', '.join(slowed)}")
