@@ -117,9 +117,9 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
         qpos, unsettled = solution.qpos, solution.unsettled
     if character.origin:  # a robot; a person's arms may brush the trunk
         qpos, deep, left = arms_apart(qpos, whole.fps, character, step is not None)
-        if before.max(initial=0.0) > OVERLAPPING:
+        if deep.max(initial=0.0) > OVERLAPPING:
             warnings.append(
-                f"the body was up to {1e3 * before.max():.0f} mm in itself: arms moved out, {1e3 * after.max():.0f} mm are left"
+                f"the body was up to {1e3 * deep.max():.0f} mm in itself: arms moved out, {1e3 * left.max():.0f} mm are left"
             )
     qpos, slowed = within_speed_limits(qpos, whole.fps, character, step is not None)
     if slowed:
