@@ -18,6 +18,7 @@ FLOW = (
     "metrics",
     "report",
     "check",
+    "regression",
     "study",
     "cli",
 )

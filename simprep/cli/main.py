@@ -10,6 +10,7 @@ import tyro
 from simprep import __version__
 from simprep.cli import duel, library, output, robot
 from simprep.cli.approach import Approach
+from simprep.cli.check import Check
 from simprep.cli.check_motion import CheckMotion
 from simprep.cli.convert import Convert
 from simprep.cli.fight import FightCommand
@@ -31,6 +32,7 @@ Command = (
     | Annotated[Import, tyro.conf.subcommand("import")]
     | Annotated[Convert, tyro.conf.subcommand("convert")]
     | Annotated[CheckMotion, tyro.conf.subcommand("check-motion")]
+    | Annotated[Check, tyro.conf.subcommand("check")]
     | Annotated[duel.Duel, tyro.conf.subcommand("duel", description=duel.DESCRIPTION)]
     | Annotated[FightCommand, tyro.conf.subcommand("fight")]
     | Annotated[Graph, tyro.conf.subcommand("graph")]

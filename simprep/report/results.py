@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from simprep.files import atomic_path
+from simprep.report.machine import processor
 
 PACKAGES = ("simprep", "mujoco", "numpy", "scipy", "daqp")
 
@@ -63,5 +64,5 @@ def provenance(arguments: Sequence[str]) -> dict[str, Any]:
         "command": " ".join([program, *arguments]),
         "created_utc": datetime.now(UTC).strftime("%Y-%m-%dT%H:%M:%SZ"),
         "versions": versions,
-        "platform": {"system": platform.system(), "machine": platform.machine(), "cpus": os.cpu_count()},
+        "platform": {"system": platform.system(), "machine": platform.machine(), "cpus": os.cpu_count(), **processor()},
     }
