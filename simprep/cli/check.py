@@ -58,7 +58,7 @@ class Check(BaseCommand):
     """Write the outcome as JUnit XML too."""
 
     all: bool = False
-    """Print every metric, not only those that moved."""
+    """Print every metric, not only what moved (the first 40 of it)."""
 
     json: Json = False
     quiet: Quiet = False
@@ -74,7 +74,7 @@ class Check(BaseCommand):
         from simprep.regression.compare import compare
         from simprep.regression.junit import save_junit
         from simprep.regression.read_results import read_results
-        from simprep.regression.tables import reasons, summary, table_of
+        from simprep.regression.tables import SHOWN, reasons, summary, table_of, told
 
         if not self.results:
             raise SettingError("no RESULTS; valid: one or more files or folders")
@@ -84,9 +84,12 @@ class Check(BaseCommand):
         former = None if self.update and not self.baseline.exists() else self._former()
         baseline = former or self._accepted(measured, None)
         comparison = compare(measured, baseline, self.strict)
-        rows = comparison.rows if self.all else (*comparison.failures, *comparison.changes)
+        rows = comparison.rows if self.all else told(comparison)
+        shown = rows if self.all else rows[:SHOWN]
         if rows:
-            output.say(table_of(tuple({(row.case, row.metric): row for row in rows}.values())))
+            output.say(table_of(shown))
+        if len(shown) < len(rows):
+            output.say(f"and {len(rows) - len(shown)} more; --all prints them")
         output.say(summary(comparison))
         for line in reasons(comparison, baseline):
             output.say(line)

@@ -10,7 +10,7 @@ from simprep.regression.baseline import Baseline
 from simprep.regression.chance import FEW_SEEDS, half_width, outside_of_all, share_chance, spread
 from simprep.regression.environment import differences
 from simprep.regression.measured import Case, Measured
-from simprep.regression.tolerance import better_sign, tolerance_of
+from simprep.regression.tolerance import better_sign, own_name, tolerance_of
 
 SAME, BETTER, WORSE, MOVED, GONE, NEW = "same", "better", "worse", "moved", "gone", "new"
 REGRESSIONS = (WORSE, MOVED, GONE)
@@ -88,7 +88,7 @@ class _Pair:
 
     @property
     def is_share(self) -> bool:
-        return self.metric == SUCCESS
+        return own_name(self.metric) == SUCCESS
 
     @property
     def by_chance(self) -> bool:
@@ -108,26 +108,37 @@ def compare(measured: Measured, baseline: Baseline, strict: bool = False) -> Com
         baseline: what they are compared with.
         strict: a change for the better fails the check too.
     """
-    pairs = list(_pairs(measured.cases, baseline.measured.cases))
+    old = baseline.measured.cases
+    pairs = list(_pairs(measured.cases, {name: case for name, case in old.items() if name in measured.cases}))
     shares = sum(pair.by_chance and pair.is_share for pair in pairs)
     varying = sum(pair.by_chance and not pair.is_share for pair in pairs)
     part = baseline.false_alarm * (0.5 if shares and varying else 1.0)
     rows = [_judged(pair, baseline, part / max(1, shares if pair.is_share else varying)) for pair in pairs]
+    rows += [_whole(name, case, GONE) for name, case in old.items() if name not in measured.cases]
     known = {(row.case, row.metric) for row in rows}
     for name, case in measured.cases.items():
-        for metric in case.metrics:
+        if name not in old:
+            rows.append(_whole(name, case, NEW))
+        for metric in case.metrics if name in old else ():
             if (name, metric) not in known and (values := _known(case, metric)):
                 rows.append(Row(name, metric, None, _mean(values), None, None, NEW, (0, len(values))))
     return Comparison(tuple(rows), differences(baseline.measured, measured), _notes(pairs), strict)
 
 
+def _whole(name: str, case: Case, verdict: str) -> Row:
+    """A case that only one side has, in one row."""
+    metric = f"all {len(case.metrics)} numbers"
+    seeds = (len(case.seeds), 0) if verdict == GONE else (0, len(case.seeds))
+    return Row(name, metric, None, None, None, None, verdict, seeds)
+
+
 def _pairs(now: Mapping[str, Case], before: Mapping[str, Case]) -> Iterator[_Pair]:
     for name, case in before.items():
-        other = now.get(name, Case((), {}))
+        other = now[name]
         judged = _successes(case), _successes(other)
         of_successes = all(sum(one) >= LEAST_SUCCESSES for one in judged)
         for metric in case.metrics:
-            chosen = of_successes and metric not in SURVIVAL
+            chosen = of_successes and own_name(metric) not in SURVIVAL
             values = [_known(one, metric, keep if chosen else ()) for one, keep in zip((case, other), judged)]
             if values[0]:
                 yield _Pair(name, metric, values[0], values[1])

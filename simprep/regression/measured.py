@@ -9,8 +9,18 @@ from simprep.errors import SettingError
 
 NO_SEED = 0
 """Seed of numbers that have none."""
-LEFT_OUT = ("s_per_s", "wall_s", "cpu_s_per_s", "overhead_share", "fps_kinematic", "yardstick_s", "fell_at_s")
-"""Numbers that are not compared: computing times and speeds, and `fell_at_s`, as `survived_s` says the same of every run."""
+LEFT_OUT = (
+    "s_per_s",
+    "wall_s",
+    "cpu_s_per_s",
+    "overhead_share",
+    "fps_kinematic",
+    "yardstick_s",
+    "fps",
+    "fell_at_s",
+    "seed",
+)
+"""Numbers that are not compared: computing times and speeds, seeds, and `fell_at_s`, as `survived_s` says the same of every run."""
 
 Values = tuple[float | None, ...]
 

@@ -94,9 +94,11 @@ def _files(path: Path) -> list[Path]:
     for name in (METRICS_FILE, RUN_FILE):
         if (path / name).is_file():
             return [path / name]
-    below = sorted(path.rglob(METRICS_FILE)) or sorted(path.glob("*.jsonl")) or sorted(path.glob("*.csv"))
+    below = sorted(path.rglob(METRICS_FILE))
+    for suffix in SUFFIXES[:3]:
+        below = below or sorted(path.glob(f"*{suffix}"))
     if not below:
-        raise MotionFileError(path, f"a folder without {METRICS_FILE} in it or below")
+        raise MotionFileError(path, f"a folder without {METRICS_FILE} in it or below, and without other results")
     return below
 
 

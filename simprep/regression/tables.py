@@ -3,7 +3,6 @@
 import io
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -26,6 +25,12 @@ def table_of(rows: Sequence[Row]) -> Table:
     for row in rows:
         table.add_row(row.case, row.metric, *cells(row), row.verdict, style=STYLES[row.verdict])
     return table
+
+
+def told(comparison: Comparison) -> tuple[Row, ...]:
+    """Rows to show first: failures, then what is better or new."""
+    failures = set(map(id, comparison.failures))
+    return (*comparison.failures, *(row for row in comparison.changes if id(row) not in failures))
 
 
 def cells(row: Row) -> tuple[str, str, str, str, str]:
@@ -62,7 +67,7 @@ def as_text(comparison: Comparison, baseline: Baseline) -> str:
     """Table of changes, summary and reasons as plain text."""
     stream = io.StringIO()
     console = Console(file=stream, width=WIDTH, no_color=True)
-    rows: list[Any] = [*comparison.failures, *(row for row in comparison.changes if row not in comparison.failures)]
+    rows = told(comparison)
     if rows:
         console.print(table_of(rows[:SHOWN]))
     if len(rows) > SHOWN:

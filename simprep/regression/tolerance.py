@@ -37,11 +37,10 @@ class Tolerance:
 
     def fits(self, case: str, metric: str) -> bool:
         """Whether it is meant for a metric of a case."""
-        return fnmatchcase(f"{case}/{metric}" if "/" in self.pattern else metric, self.pattern)
+        if "/" in self.pattern:
+            return fnmatchcase(f"{case}/{metric}", self.pattern)
+        return fnmatchcase(metric, self.pattern) or fnmatchcase(own_name(metric), self.pattern)
 
-
-GOLDEN = Tolerance("*", 1e-6, 1e-6)
-"""For states after a few steps. They differ between processors by about 1e-12; 1e-6 leaves room for a compiler."""
 
 DEFAULTS = (
     Tolerance("assist_*", 1e-9),
@@ -74,6 +73,11 @@ LOWER_IS_BETTER = (
 )  # fmt: skip
 
 
+def own_name(metric: str) -> str:
+    """A metric's name without that of the mapping and the place in a list that it stands in: `max_n` of `a.max_n[2]`."""
+    return metric.rpartition(".")[2].partition("[")[0]
+
+
 def parse_tolerance(text: str) -> Tolerance:
     """A tolerance as it is written on the command line: `mpjpe_mm=2`, `peak_*=5%`, `*_mm=1+2%`.
 
@@ -104,6 +108,7 @@ def tolerance_of(case: str, metric: str, tolerances: Sequence[Tolerance]) -> Tol
 
 def better_sign(metric: str) -> int:
     """1 if a higher value is better, -1 if a lower one is, 0 where neither is known."""
+    metric = own_name(metric)
     if any(fnmatchcase(metric, pattern) for pattern in HIGHER_IS_BETTER):
         return 1
     return -1 if any(fnmatchcase(metric, pattern) for pattern in LOWER_IS_BETTER) else 0
