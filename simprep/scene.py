@@ -46,7 +46,8 @@ class SceneSettings:
         bodies: 1 to `BODY_LIMIT` characters; the names of their parts begin with `body_prefix`.
         obstacles: fixed boxes, balls and pads.
         timestep: simulation step [s].
-        friction: sliding friction coefficient of the floor.
+        friction: sliding friction coefficient of the floor. Below 1 it holds for whatever touches the floor; above, the
+            larger of both does, as is MuJoCo's rule.
     """
 
     bodies: tuple[Character, ...] = (humanoid(),)
@@ -132,6 +133,8 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
     any_body = _code_mask(max(count, 2)) << 1
     floor.contype, floor.conaffinity = FLOOR_BIT, any_body
     floor.friction = [settings.friction, 0.005, 0.0001]
+    if settings.friction < SceneSettings.friction:
+        floor.priority = 1  # of equal priorities MuJoCo takes the larger friction: a body's 1 would hold on ice too
     for obstacle in settings.obstacles:
         _add_obstacle(spec, obstacle, any_body)
     spec.worldbody.add_light(pos=[0, 0, 4], dir=[0, 0, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)

@@ -74,3 +74,19 @@ def test_more_bodies_than_the_bits_tell_apart_are_refused() -> None:
     for count in (0, BODY_LIMIT + 1):
         with pytest.raises(SettingError, match=rf"{count} bodies in a scene; valid: 1 to 511 \(the 9 collision bits"):
             build_scene(SceneSettings((humanoid(),) * count))
+
+
+@pytest.mark.parametrize(("friction", "holds"), [(0.3, 0.3), (0.6, 0.6), (1.0, 1.0), (1.4, 1.4)])
+@pytest.mark.parametrize("count", [1, 2])
+def test_the_friction_of_the_floor_is_that_of_soles_on_it(count: int, friction: float, holds: float) -> None:
+    model = build_scene(SceneSettings(bodies=(humanoid(),) * count, friction=friction))
+    data = mujoco.MjData(model)
+    for number in range(count):
+        data.qpos[number * humanoid().nq :][: humanoid().nq] = humanoid().standing_qpos
+        data.qpos[number * humanoid().nq] += 2.0 * number
+    data.qpos[2 :: humanoid().nq] -= 0.005
+    mujoco.mj_forward(model, data)
+    floor = model.geom("floor").id
+    found = [contact.friction[0] for contact in data.contact if floor in contact.geom]
+    assert len(found) >= 6 * count
+    np.testing.assert_allclose(found, holds)
