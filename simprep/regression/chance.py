@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
+from scipy import special, stats
 
 FEW_SEEDS = 5
 """With fewer seeds on a side, Student's t does not hold for skewed numbers."""
@@ -41,7 +41,7 @@ def half_width(before: Sequence[float], now: Sequence[float], chance: float) -> 
     deviation = spread(before, now)
     if deviation == 0.0:
         return 0.0
-    quantile = float(stats.t.isf(chance / 2, free))
+    quantile = -float(special.stdtrit(free, chance / 2))  # as scipy.stats.t.isf, without its overhead
     return quantile * deviation * math.sqrt(1 / len(before) + 1 / len(now))
 
 
@@ -56,7 +56,7 @@ def outside_of_all(before: Sequence[float], now: Sequence[float]) -> bool:
 
 
 def share_chance(before: Sequence[float], now: Sequence[float]) -> float:
-    """Probability that two shares differ so much, or more, by chance: Boschloo's exact test, two-sided.
+    """Probability that a share becomes so much smaller, or so much larger, by chance: Boschloo's exact test, one-sided.
 
     Args:
         before: values 0 or 1.
@@ -67,5 +67,4 @@ def share_chance(before: Sequence[float], now: Sequence[float]) -> float:
     if yes * len(now) == new_yes * len(before):
         return 1.0
     less = yes * len(now) < new_yes * len(before)
-    one_sided = stats.boschloo_exact(table, alternative="less" if less else "greater").pvalue
-    return min(1.0, 2 * float(one_sided))
+    return float(stats.boschloo_exact(table, alternative="less" if less else "greater").pvalue)

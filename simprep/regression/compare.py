@@ -100,7 +100,7 @@ def compare(measured: Measured, baseline: Baseline, strict: bool = False) -> Com
 
     A metric moved if the difference of the means exceeds its tolerance and, where values vary over seeds, also what
     chance explains: Student's t of two samples at the rate `false_alarm`, shared equally among all varying metrics of
-    all cases. `success` has half of the rate for itself, by Boschloo's exact test. Where a case has `success`, other
+    all cases. `success` has half of the rate for itself, by Boschloo's exact test, whose one side that gets worse counts. Where a case has `success`, other
     metrics but those of survival are compared over runs that succeeded, if both sides have two of them.
 
     Args:
@@ -113,7 +113,8 @@ def compare(measured: Measured, baseline: Baseline, strict: bool = False) -> Com
     shares = sum(pair.by_chance and pair.is_share for pair in pairs)
     varying = sum(pair.by_chance and not pair.is_share for pair in pairs)
     part = baseline.false_alarm * (0.5 if shares and varying else 1.0)
-    rows = [_judged(pair, baseline, part / max(1, shares if pair.is_share else varying)) for pair in pairs]
+    each = {True: part / max(1, shares) / (2 if strict else 1), False: part / max(1, varying)}
+    rows = [_judged(pair, baseline, each[pair.is_share]) for pair in pairs]
     rows += [_whole(name, case, GONE) for name, case in old.items() if name not in measured.cases]
     known = {(row.case, row.metric) for row in rows}
     for name, case in measured.cases.items():
