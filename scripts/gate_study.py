@@ -132,7 +132,10 @@ def markdown(content: dict[str, Any], baseline: Baseline) -> str:
             )
         lines.append(f"| {fault} | {' | '.join(cells)} |")
     alarms = content["alarms"]
-    lines += ["", f"{content['reruns']} re-runs with other seeds and no fault: {len(alarms)} alarms."]
+    lines += [
+        "",
+        f"{content['reruns']} re-runs with {content['rerun_seeds']} other seeds and no fault: {len(alarms)} alarms.",
+    ]
     lines += [
         f"- re-run {one['rerun']}: {one['case']}, {one['metric']}, {one['before']:.4g} to {one['now']:.4g}"
         for one in alarms
@@ -143,7 +146,10 @@ def markdown(content: dict[str, Any], baseline: Baseline) -> str:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--cases", nargs="+", choices=ENSEMBLES, default=list(ENSEMBLES))
-    parser.add_argument("--seeds", type=int, default=8, help="size of every ensemble")
+    parser.add_argument(
+        "--seeds", type=int, default=8, help="size of the baseline's ensembles and of those with a fault"
+    )
+    parser.add_argument("--rerun-seeds", type=int, default=5, help="size of a re-run's ensembles")
     parser.add_argument("--reruns", type=int, default=RERUNS)
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("--update", metavar="TEXT", help="write the baseline anew, for this reason")
@@ -154,9 +160,8 @@ def main() -> int:
     if options.update:
         runs.unlink(missing_ok=True)
     seeds = {NONE: range(options.seeds), **{name: range(FAULT_SEEDS, FAULT_SEEDS + options.seeds) for name in FAULTS}}
-    others = [
-        range(RERUN_SEEDS + k * options.seeds, RERUN_SEEDS + (k + 1) * options.seeds) for k in range(options.reruns)
-    ]
+    size = options.rerun_seeds
+    others = [range(RERUN_SEEDS + k * size, RERUN_SEEDS + (k + 1) * size) for k in range(options.reruns)]
     try:
         former = read_baseline(file) if file.exists() else None
         jobs = [(name, case, seed) for name in seeds for case in options.cases for seed in seeds[name]]
@@ -182,6 +187,7 @@ def main() -> int:
         **provenance(sys.argv),
         "seeds": options.seeds,
         "reruns": options.reruns,
+        "rerun_seeds": options.rerun_seeds,
         "false_alarm": former.false_alarm,
         "checks": {
             "before physics": deterministic(kinematic, ()),

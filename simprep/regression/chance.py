@@ -5,8 +5,8 @@ Both keep a stated rate of false alarms over many comparisons by Bonferroni's ru
 
 import math
 from collections.abc import Sequence
+from statistics import fmean
 
-import numpy as np
 from scipy import special, stats
 
 FEW_SEEDS = 5
@@ -21,7 +21,10 @@ def spread(before: Sequence[float], now: Sequence[float]) -> float:
     free = len(before) + len(now) - 2
     if free < 1:
         return 0.0
-    squares = sum(float(((np.asarray(one) - np.mean(one)) ** 2).sum()) for one in (before, now))
+    squares = 0.0
+    for values in (before, now):
+        centre = fmean(values)
+        squares += math.fsum((value - centre) ** 2 for value in values)
     return math.sqrt(squares / free)
 
 

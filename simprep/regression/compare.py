@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-
-import numpy as np
+from statistics import fmean
 
 from simprep.metrics.paired import SURVIVAL
 from simprep.regression.baseline import Baseline
@@ -198,7 +197,7 @@ def _verdict(pair: _Pair, moved: bool) -> str:
 
 
 def _mean(values: Sequence[float]) -> float:
-    return float(np.mean(values))
+    return fmean(values)
 
 
 def _notes(pairs: Sequence[_Pair]) -> tuple[str, ...]:

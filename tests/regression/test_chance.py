@@ -9,7 +9,7 @@ from simprep.regression.chance import half_width, share_chance
 from simprep.regression.compare import WORSE, compare
 from simprep.regression.measured import Case, Measured
 
-METRICS, CHECKS = 30, 100
+METRICS, CHECKS = 30, 80
 DRAWS = {
     "normal": lambda rng, size: rng.normal(size=size),
     "skewed": lambda rng, size: np.exp(0.5 * rng.normal(size=size)),
