@@ -1,6 +1,7 @@
 """A comparison for people: a table of what moved, one line of summary, and what differs besides."""
 
 import io
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
@@ -35,9 +36,8 @@ def told(comparison: Comparison) -> tuple[Row, ...]:
 
 def cells(row: Row) -> tuple[str, str, str, str, str]:
     """Before, now, change, what is allowed and numbers of seeds, as text."""
-    allowed = "-" if row.low is None or row.high is None else f"{_number(row.low)} to {_number(row.high)}"
     seeds = f"{row.seeds[0]}, {row.seeds[1]}"
-    return _number(row.before), _number(row.now), _change(row), allowed + (" *" if row.chance else ""), seeds
+    return _number(row.before), _number(row.now), _change(row), _allowed(row), seeds
 
 
 def summary(comparison: Comparison) -> str:
@@ -77,6 +77,14 @@ def as_text(comparison: Comparison, baseline: Baseline) -> str:
     if any(row.chance for row in rows):
         console.print(f"* by chance alone, one check in {1 / baseline.false_alarm:.0f} alarms", highlight=False)
     return stream.getvalue().rstrip()
+
+
+def _allowed(row: Row) -> str:
+    if row.before is None or row.low is None or row.high is None:
+        return "-"
+    even = math.isclose(row.high - row.before, row.before - row.low, rel_tol=1e-6, abs_tol=1e-12)
+    text = f"± {(row.high - row.low) / 2:.3g}" if even else f"{_number(row.low)} to {_number(row.high)}"
+    return text + (" *" if row.chance else "")
 
 
 def _number(value: float | None) -> str:

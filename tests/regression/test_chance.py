@@ -68,8 +68,8 @@ def test_shares_of_ten_seeds(yes, new_yes, alarm):
 
 @pytest.mark.parametrize("share", [0.5, 0.9])
 def test_false_alarms_of_shares_are_rarer_than_stated(share):
-    counts = stats.binom.pmf(np.arange(9), 8, share)
-    values = [(1.0,) * count + (0.0,) * (8 - count) for count in range(9)]
+    counts = stats.binom.pmf(np.arange(7), 6, share)
+    values = [(1.0,) * count + (0.0,) * (6 - count) for count in range(7)]
     alarm = np.array([[share_chance(one, other) < 0.01 for other in values] for one in values])
     assert counts @ alarm @ counts < 0.01
 
