@@ -7,7 +7,7 @@ import math
 from collections.abc import Sequence
 from statistics import fmean
 
-from scipy import special, stats
+from scipy import special
 
 FEW_SEEDS = 5
 """With fewer seeds on a side, Student's t does not hold for skewed numbers."""
@@ -65,9 +65,11 @@ def share_chance(before: Sequence[float], now: Sequence[float]) -> float:
         before: values 0 or 1.
         now: values 0 or 1.
     """
+    from scipy.stats import boschloo_exact  # slow to import, seldom needed
+
     yes, new_yes = round(sum(before)), round(sum(now))
     table = [[yes, new_yes], [len(before) - yes, len(now) - new_yes]]
     if yes * len(now) == new_yes * len(before):
         return 1.0
     less = yes * len(now) < new_yes * len(before)
-    return float(stats.boschloo_exact(table, alternative="less" if less else "greater").pvalue)
+    return float(boschloo_exact(table, alternative="less" if less else "greater").pvalue)

@@ -133,7 +133,7 @@ def _read(file: Path, by: tuple[str, ...]) -> tuple[list[Record], Mapping[str, A
         raise MotionFileError(file, "a study that was cut short; run it again to its end")
     try:
         return list(_of_object(content, by)), content
-    except (KeyError, TypeError, IndexError, AttributeError) as error:
+    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
         raise MotionFileError(file, f"damaged results ({type(error).__name__}: {str(error)[:200]})") from None
 
 
