@@ -66,7 +66,7 @@ class Check(BaseCommand):
     def run(self) -> Any:
         """As every command; exit code 1 where there is a regression."""
         content = super().run()
-        if content["verdict"] == "fail" and not self.update:
+        if content.get("verdict") == "fail" and not self.update:
             sys.exit(REGRESSION)
         return content
 

@@ -168,9 +168,13 @@ def test_every_command_has_json_and_quiet(words, kind, monkeypatch, capsys):
         return {"complete": True}
 
     monkeypatch.setattr(kind, "_run", work)
-    needed = {"approach": ["--goal", "1,0"], "fetch": ["cmu"], "synthetic": ["kickboxing"], "convert": ["x", "y"]}.get(
-        words[-1]
-    )
+    needed = {
+        "approach": ["--goal", "1,0"],
+        "fetch": ["cmu"],
+        "synthetic": ["kickboxing"],
+        "convert": ["x", "y"],
+        "check": ["x", "--baseline", "b.json"],
+    }.get(words[-1])
     if needed is None:
         takes_one = ("track", "push", "import", "check-motion", "join", "label", "analyse", "show", "describe")
         needed = ["x"] if words[-1] in takes_one else []
