@@ -69,6 +69,16 @@ class Fall:
         """Whether a blow is the reason."""
         return self.blow_ns >= KNOCK_DOWN_NS
 
+    @property
+    def words(self) -> str:
+        """What happened, in words."""
+        why = f"knocked down by {self.blow_ns:.0f} N s" if self.knock_down else f"not struck; {self.reason}"
+        lay = f", lies {self.lay}" if self.lay else ""
+        if self.up_s is not None:
+            return f"{why}{lay}, up at {self.up_s:.2f} s"
+        tried = f" after {self.tries} tries" if self.tries else ""
+        return f"{why}{lay}, stays down{tried}"
+
 
 def blows(contacts: Sequence[JudgedContact]) -> tuple[Blow, ...]:
     """The blows among judged contacts, by time of the first touch."""

@@ -42,7 +42,8 @@ class FighterTrack:
     def put(self, first: int, qpos: FloatArray, contacts: BoolArray, kinematics: Kinematics, pose: FloatArray) -> None:
         """Replace all frames from `first` on."""
         self.moves = [
-            replace(one, until=min(first, one.until or first)) for one in self.moves if one.first + one.frames > first - 1
+            replace(one, until=first) if one.until is None and one.first + one.frames > first else one
+            for one in self.moves
         ]
         lift = kinematics.foot_points[..., 2].min(axis=-1)
         parts: dict[str, Any] = {
@@ -70,11 +71,18 @@ class FighterTrack:
 
     def moving(self, frame: float) -> FloorMove | None:
         """What is still to come of the moves made so far; None for nothing."""
-        left = [one.ahead(frame) for one in self.moves]
+        left = [one.ahead(frame) for one in self.moves if one.first + one.frames > frame]
         if not left:
             return None
         shift = np.sum([one.shift for one in left], axis=0)
         return FloorMove(shift, sum(one.turn for one in left), left[-1].pivot)
+
+    def unmoved(self, frames: int) -> FloatArray:
+        """The first poses (F, nq) without any move: feet that stand rest in them."""
+        qpos = self.qpos[:frames]
+        for one in reversed(self.moves):
+            qpos = one.move.undone(qpos, one.share(np.arange(len(qpos))))
+        return qpos
 
     @property
     def current(self) -> Performed:

@@ -54,6 +54,14 @@ class FloorMove:
         out[:, 3:7] = multiply_quat(about_vertical(share * self.turn), qpos[:, 3:7])
         return out
 
+    def undone(self, qpos: FloatArray, share: FloatArray) -> FloatArray:
+        """The poses (F, nq) that `poses` made into these."""
+        out = qpos.copy()
+        back = qpos[:, :2] - self.pivot - share[:, None] * self.shift
+        out[:, :2] = self.pivot + turned(back, -share * self.turn)
+        out[:, 3:7] = multiply_quat(about_vertical(-share * self.turn), qpos[:, 3:7])
+        return out
+
     def beyond(self, dead_m: float, dead_rad: float) -> "FloorMove":
         """What is left of the move where so much of shift and turn is let be."""
         left = max(0.0, 1 - dead_m / max(self.size_m, 1e-12))
@@ -86,12 +94,14 @@ class GradualMove:
 
     def share(self, frames: FloatArray | float) -> FloatArray:
         """How much of the move is made at frames (...)."""
-        return minimum_jerk((np.asarray(frames, dtype=np.float64) - self.first) / max(self.frames, 1))
+        at = np.asarray(frames, dtype=np.float64)
+        if self.until is not None:
+            at = np.minimum(at, self.until)
+        return minimum_jerk((at - self.first) / max(self.frames, 1))
 
     def ahead(self, frame: float) -> FloorMove:
         """What of it is still to come."""
-        whole = 1.0 if self.until is None else float(self.share(self.until))
-        return self.move.part(max(0.0, whole - float(self.share(frame))))
+        return self.move.part(max(0.0, float(self.share(np.inf)) - float(self.share(frame))))
 
 
 def fit_move(points: FloatArray, to: FloatArray, weights: FloatArray) -> FloorMove:

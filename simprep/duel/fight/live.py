@@ -12,6 +12,7 @@ contact decide where a body is (`floor_move.move_between`). Who falls lies, gets
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from time import perf_counter
 
 import numpy as np
 
@@ -27,6 +28,7 @@ from simprep.duel.fight.posture import posture_of_piece, punching_at
 from simprep.duel.fight.recovery import Recovery
 from simprep.duel.fight.synthesis import CONTEXT
 from simprep.duel.model.structures import PLAYERS
+from simprep.duel.stream.stream import DuelStream
 from simprep.motion.edit import sample
 from simprep.motion.motion import Motion
 from simprep.physics.run import Run
@@ -72,12 +74,14 @@ class LiveResult:
     Attributes:
         fight: what was drawn, moved to where the bodies were.
         tracked: the same with its postures optimised where that was wished: what the bodies were told to follow.
+        resting: what was drawn, without the moves: feet that stand rest in it, so slips are compared with it.
         run: the whole simulation.
         falls: in order of time.
     """
 
     fight: Fight
     tracked: Fight
+    resting: DuelStream
     run: Run
     falls: tuple[Fall, ...]
 
@@ -106,6 +110,14 @@ class LiveFight:
         preset: of `mpc`.
         optimise: optimise postures before they are tracked.
         settings: None for the defaults.
+
+    Attributes:
+        made: the fight, as it is drawn.
+        bout: its actions.
+        tracker: the simulation.
+        optimised: whether postures are optimised.
+        wall_s: computing time so far, everything included [s].
+        drawing_s: the part of it that went into choosing and making actions [s].
     """
 
     def __init__(
@@ -119,7 +131,8 @@ class LiveFight:
     ) -> None:
         self.made, self.bout, self.settings = made, made.bout, settings or LiveSettings()
         self.tracker = tracker or Tracker(self.bout.examples.bodies, preset, seed)
-        self._optimise = optimise
+        self.optimised = optimise
+        self.wall_s = self.drawing_s = 0.0
         self._poses: list[FloatArray] = [np.empty((0, 0)), np.empty((0, 0))]  # what bodies follow, frame by frame
         self._begun, self._step = False, 0
         self._blows: tuple[Blow, ...] = ()
@@ -148,6 +161,7 @@ class LiveFight:
 
     def run(self, seconds: float, progress: Callable[[float], None] | None = None) -> None:
         """Go on until so many seconds are simulated, or the simulation diverges; `progress` is called with the share."""
+        begin = perf_counter()
         last, fps = (round(seconds * self.bout.fps) - 1) / self.bout.fps, self.bout.fps
         steps = round(last / self.tracker.timestep)
         if not self._begun:
@@ -166,6 +180,7 @@ class LiveFight:
                 self._watch(now)
                 if progress is not None:
                     progress(self._step / steps)
+        self.wall_s += perf_counter() - begin
 
     def result(self, name: str = "fight") -> LiveResult:
         """The fight so far.
@@ -183,11 +198,13 @@ class LiveFight:
             for player, motion in enumerate(fight.stream.players)
         ]
         stream = replace(fight.stream, players=(motions[0], motions[1]))
+        still = [replace(one, qpos=self.bout.unmoved(player, frames)) for player, one in enumerate(fight.stream.players)]
+        resting = replace(fight.stream, players=(still[0], still[1]))
         if pause is not None:  # they still wait
             self._pause, self._waiting = pause, (waiting[0], waiting[1])
             for player in PLAYERS:
                 self.bout.cut(player, pause)
-        return LiveResult(fight, replace(fight, stream=stream), self.tracker.run(whole=True), self.falls)
+        return LiveResult(fight, replace(fight, stream=stream), resting, self.tracker.run(whole=True), self.falls)
 
     # ---- drawing -----------------------------------------------------------------------------------------------------
 
@@ -200,10 +217,11 @@ class LiveFight:
                 first = self._carry(player, state)
                 if first is not None:
                     changed[player] = first
-        self.bout.known_s = self.time
+        self.bout.known_s, begin = self.time, perf_counter()
         begun = self.bout.step()
         if self.made.alertness is not None:
             self.made.alertness.watch(self.bout, begun)
+        self.drawing_s += perf_counter() - begin
         changed[begun.player] = min(begun.start, changed.get(begun.player, begun.start))
         for player, first in changed.items():
             self._give(player, first, begun.start if player == begun.player else None)
@@ -242,7 +260,7 @@ class LiveFight:
         """Tell the tracker what to follow from a frame on; from frame `new` on it has been drawn just now."""
         if new is not None:
             qpos, contacts = self.bout.drawn(player, new)
-            if self._optimise:
+            if self.optimised:
                 qpos = self._better(player, new)
             self._poses[player] = np.concatenate([self._poses[player][:new], qpos]) if new else qpos
         _, contacts = self.bout.drawn(player, first)

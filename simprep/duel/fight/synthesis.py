@@ -222,6 +222,10 @@ class Bout:
         """What is still to come at a frame of a fighter's moves; None for nothing."""
         return self._tracks[player].moving(frame)
 
+    def unmoved(self, player: int, frames: int) -> FloatArray:
+        """A fighter's first poses (F, nq) as they would be without any `move`."""
+        return self._tracks[player].unmoved(frames)
+
     def fill(self, player: int, qpos: FloatArray, contacts: BoolArray, note: str) -> None:
         """Let a fighter do something that was not chosen, where its last action ends, such as lie or wait.
 
