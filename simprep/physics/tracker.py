@@ -235,7 +235,7 @@ class Tracker:
 
     def contacts(self, since_s: float = 0.0) -> tuple[BodyContact, ...]:
         """Contacts between the bodies so far, of touches from a time on [s]; none where nothing is recorded."""
-        first = int(round(since_s / self._timestep))
+        first = round(since_s / self._timestep)
         touches = self._between.touches
         return merge_touches(touches[bisect_left(touches, first, key=lambda one: one.step) :], self._timestep)
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
@@ -72,7 +73,9 @@ class FloorMove:
         """As much of the move as a minimum-jerk step of so many seconds makes without exceeding speeds [m/s, rad/s]."""
         farthest, most = speed * seconds / PEAK, spin * seconds / PEAK
         return FloorMove(
-            self.shift * min(1.0, farthest / max(self.size_m, 1e-12)), float(np.clip(self.turn, -most, most)), self.pivot
+            self.shift * min(1.0, farthest / max(self.size_m, 1e-12)),
+            float(np.clip(self.turn, -most, most)),
+            self.pivot,
         )
 
 
@@ -92,7 +95,7 @@ class GradualMove:
     frames: int
     until: int | None = None
 
-    def share(self, frames: FloatArray | float) -> FloatArray:
+    def share(self, frames: ArrayLike) -> FloatArray:
         """How much of the move is made at frames (...)."""
         at = np.asarray(frames, dtype=np.float64)
         if self.until is not None:

@@ -48,9 +48,9 @@ def way_up(qpos: FloatArray, character: Character) -> Motion | None:
     share = minimum_jerk(np.arange(round(SETTLE_S * placed.fps)) / (SETTLE_S * placed.fps))[:, None]
     lead = qpos + share * (first - qpos)
     way = rotation_between(qpos[3:7], first[3:7])
-    lead[:, 3:7] = (
-        Rotation.from_rotvec(share * way) * Rotation.from_quat(qpos[3:7], scalar_first=True)
-    ).as_quat(scalar_first=True)
+    lead[:, 3:7] = (Rotation.from_rotvec(share * way) * Rotation.from_quat(qpos[3:7], scalar_first=True)).as_quat(
+        scalar_first=True
+    )
     return replace(
         placed,
         qpos=np.concatenate([lead, placed.qpos]),

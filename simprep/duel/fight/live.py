@@ -60,8 +60,8 @@ class LiveSettings:
     carry_s: float = 0.5
     speed: float = 0.5
     spin: float = 1.2
-    dead_m: float = 0.03
-    dead_rad: float = 0.05
+    dead_m: float = 0.1
+    dead_rad: float = 0.15
     reach_m: float = 0.3
     react_s: float = 0.12
     tries: int = 3
@@ -198,7 +198,9 @@ class LiveFight:
             for player, motion in enumerate(fight.stream.players)
         ]
         stream = replace(fight.stream, players=(motions[0], motions[1]))
-        still = [replace(one, qpos=self.bout.unmoved(player, frames)) for player, one in enumerate(fight.stream.players)]
+        still = [
+            replace(one, qpos=self.bout.unmoved(player, frames)) for player, one in enumerate(fight.stream.players)
+        ]
         resting = replace(fight.stream, players=(still[0], still[1]))
         if pause is not None:  # they still wait
             self._pause, self._waiting = pause, (waiting[0], waiting[1])
@@ -229,13 +231,15 @@ class LiveFight:
     def _carry(self, player: int, state: TrackerState) -> int | None:
         """Move what a fighter is going to do to where its body is; the first frame that changes, None for none."""
         move = self.offset(player, state)
+        self.bout.astray[player] = None
         first = int(self.time * self.bout.fps) + 2
         end = self.bout.ends[player]
         frames = min(round(self.settings.carry_s * self.bout.fps), end - first)
         if frames < 2 or player in state.fallen:
             return None
-        s = self.settings
-        move = move.beyond(s.dead_m, s.dead_rad).within(frames / self.bout.fps, s.speed, s.spin)
+        s, whole = self.settings, move
+        move = whole.beyond(s.dead_m, s.dead_rad).within(frames / self.bout.fps, s.speed, s.spin)
+        self.bout.astray[player] = FloorMove(whole.shift - move.shift, whole.turn - move.turn, whole.pivot)
         if not (move.size_m or move.turn):
             return None
         gradual = GradualMove(move, first, frames)
@@ -355,7 +359,10 @@ class LiveFight:
             missing = frame - self._pause - len(waiting) + ahead + CONTEXT
             last = waiting[-1] if waiting else self._poses[player][self._pause]
             poses = np.array([*waiting, *[last] * missing])
-            down = any(one.player == player and (one.up_s is None or one.up_s * self.bout.fps > self._pause) for one in self.falls)
+            down = any(
+                one.player == player and (one.up_s is None or one.up_s * self.bout.fps > self._pause)
+                for one in self.falls
+            )
             self.bout.fill(player, poses, np.full((len(poses), 2), not down), DOWN if down else WAITS)
             self._poses[player] = np.concatenate([self._poses[player][: self._pause], poses])
             waiting.clear()

@@ -67,6 +67,7 @@ class Bout:
 
     Attributes:
         known_s: time of what a user has asked for so far [s]; None: every request counts from its time on.
+        astray: where each fighter's body is against what was drawn; None: there.
 
     Raises:
         MotionError: a start outside the recordings, or none in guard.
@@ -85,6 +86,7 @@ class Bout:
         self._tracks = (FighterTrack(), FighterTrack())
         self._strikes: dict[int, Strike | None] = {}
         self.known_s: float | None = None
+        self.astray: list[FloorMove | None] = [None, None]
         if start is None:
             frames = examples.guard_frames()
             if not len(frames):
@@ -327,6 +329,8 @@ class Bout:
             when = min(int(np.argmin(np.abs(times[:length] - strike.frame))), length - 1)
             other = self._tracks[1 - player]
             there = other.qpos[min(begin + when, len(other.qpos) - 1)]
+            off = self.astray[1 - player]
+            there = there if off is None else off.poses(there[None], np.ones(1))[0]
             aim = bent(strike, placement, when, there, examples.bodies[1 - player], settings.reach_m)
             placement = place(
                 source[:, :2], heading, example_frame, situation.position, situation.heading, situation.frame, length,

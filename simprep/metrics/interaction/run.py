@@ -29,7 +29,7 @@ from simprep.metrics.interaction.stream import (
 )
 from simprep.metrics.interaction.strikes import reacted_share
 from simprep.metrics.tracking import position_errors
-from simprep.motion.contacts import detect_contacts
+from simprep.motion.contacts import ContactSettings, detect_contacts
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.physics.run import Run
@@ -38,6 +38,9 @@ SHORTEST_S = 0.5
 """A run that ended sooner has no metrics but its end [s]."""
 CALM_S = 0.5
 """So long after a blow a body may be where it is not wanted [s]."""
+STANDING = ContactSettings(enter_height=0.015, leave_height=0.02, enter_speed=0.25, leave_speed=0.5)
+"""The one rule by which feet stand where slips are compared. Of the rules tried it agrees best with both the planned
+contacts of synthesised fights (96 % of the frames) and the measured ones of simulated fights (88 %)."""
 
 
 @dataclass(frozen=True)
@@ -164,7 +167,7 @@ def falls_of_run(run: Run, struck: Sequence[Blow]) -> tuple[Fall, ...]:
 def by_one_rule(stream: DuelStream) -> DuelStream:
     """The same motions, feet standing where heights and speeds of the soles say so, however they were made."""
     first, second = (
-        replace(motion, contacts=detect_contacts(motion.qpos, motion.fps, motion.character))
+        replace(motion, contacts=detect_contacts(motion.qpos, motion.fps, motion.character, STANDING))
         for motion in stream.players
     )
     return replace(stream, players=(first, second))
