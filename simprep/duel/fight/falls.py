@@ -52,7 +52,7 @@ class Fall:
         reason: that rule, in words.
         blow_ns: largest blow within 1 s before; 0 without any [N s].
         up_s: when the fighter stood again [s]; None: not in this fight.
-        tries: attempts to get up.
+        tries: attempts to roll over and to get up.
         lay: how the fighter came to rest: `prone`, `supine`, `side`; empty where that was not seen.
     """
 

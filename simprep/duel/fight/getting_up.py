@@ -1,4 +1,4 @@
-"""How a fighter who has fallen gets up: from lying face down by the built-in motion `get_up_prone`."""
+"""How a fighter who has fallen gets up: rolls over to prone where needed, then by the built-in motion `get_up_prone`."""
 
 from dataclasses import replace
 
@@ -13,12 +13,16 @@ from simprep.motion.edit import move
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import rotation_matrix
-from simprep.motion.turns import rotation_between, turned
+from simprep.motion.turns import turned
 
 FACING = 0.6
 """Who lies with the chest's front so far down (up), as the vertical part of its direction, is prone (supine)."""
-SETTLE_S = 1.2
-"""Time in which arms and legs come to where getting up begins [s]."""
+SETTLE_S, ROLL_S = 1.2, 1.0
+"""Time in which arms and legs come to where getting up begins, and further time for half a turn about the long axis [s]."""
+ROLL_M = 0.15
+"""Height of the long axis above the floor in a roll: rolled without slipping, the body moves by this times the angle [m]."""
+LIE_S = 0.8
+"""Time to come to rest after a roll [s]."""
 PRONE, SUPINE, SIDE = "prone", "supine", "side"
 
 
@@ -37,26 +41,51 @@ def held(qpos: FloatArray, fps: float, character: Character, seconds: float) -> 
 
 
 def way_up(qpos: FloatArray, character: Character) -> Motion | None:
-    """From a pose (nq,) lying face down to standing, where the body lies; None for a body of which no such motion is known."""
+    """From a pose (nq,) that lies face down to standing, where the body lies; None for a body of which no way up is known."""
+    return _way(qpos, character, True)
+
+
+def roll_over(qpos: FloatArray, character: Character) -> Motion | None:
+    """From any pose (nq,) that lies to lying face down; None for a body of which no way up is known.
+
+    The body rolls about its long axis the short way, without slipping, while arms and legs come to where getting up begins.
+    """
+    return _way(qpos, character, False)
+
+
+def _way(qpos: FloatArray, character: Character, up: bool) -> Motion | None:
     known = library_motion("get_up_prone")
     if known.character != character:
         return None
-    turn = _direction(qpos, character) - _direction(known.qpos[0], character)
+    along = _direction(qpos, character)
+    turn = along - _direction(known.qpos[0], character)
     placed = move(known, turn=turn)
-    placed = move(placed, tuple(qpos[:2] - turned(known.qpos[0, :2], turn)))
-    first = placed.qpos[0]
-    share = minimum_jerk(np.arange(round(SETTLE_S * placed.fps)) / (SETTLE_S * placed.fps))[:, None]
-    lead = qpos + share * (first - qpos)
-    way = rotation_between(qpos[3:7], first[3:7])
-    lead[:, 3:7] = (Rotation.from_rotvec(share * way) * Rotation.from_quat(qpos[3:7], scalar_first=True)).as_quat(
-        scalar_first=True
-    )
+    axis = np.array([np.cos(along), np.sin(along), 0.0])
+    now, first = (Rotation.from_quat(one[3:7], scalar_first=True) for one in (qpos, placed.qpos[0]))
+    angle = _roll(now.apply([1.0, 0.0, 0.0]), axis)
+    rest = (first * (Rotation.from_rotvec(angle * axis) * now).inv()).as_rotvec()
+    there = qpos[:2] + ROLL_M * angle * np.cross(axis, [0.0, 0.0, 1.0])[:2]
+    placed = move(placed, tuple(there - turned(known.qpos[0, :2], turn)))
+    seconds = SETTLE_S + ROLL_S * abs(angle) / np.pi
+    share = minimum_jerk(np.arange(round(seconds * placed.fps)) / (seconds * placed.fps))[:, None]
+    lead = qpos + share * (placed.qpos[0] - qpos)
+    rolled = Rotation.from_rotvec(share * rest) * Rotation.from_rotvec(share * angle * axis) * now
+    lead[:, 3:7] = rolled.as_quat(scalar_first=True)
+    after = placed.qpos if up else np.repeat(placed.qpos[:1], round(LIE_S * placed.fps), axis=0)
+    contacts = placed.contacts if up else np.zeros((len(after), 2), dtype=bool)
     return replace(
         placed,
-        qpos=np.concatenate([lead, placed.qpos]),
-        contacts=np.concatenate([np.zeros((len(lead), 2), dtype=bool), placed.contacts]),
+        qpos=np.concatenate([lead, after]),
+        contacts=np.concatenate([np.zeros((len(lead), 2), dtype=bool), contacts]),
+        name=placed.name if up else "roll_over",
         events={},
     )
+
+
+def _roll(front: FloatArray, axis: FloatArray) -> float:
+    """By how much a body turns about its long axis (3,) for its front (3,) to be down, the short way [rad]."""
+    across = np.cross(axis, [0.0, 0.0, -1.0])  # where down goes in a quarter of a turn
+    return -float(np.arctan2(front @ across, -front[2]))
 
 
 def _direction(qpos: FloatArray, character: Character) -> float:

@@ -53,7 +53,7 @@ class LiveSettings:
         dead_rad: and turned by less than this [rad].
         reach_m: how far an attacker is drawn at most for a strike to meet its target [m]; 0: not.
         react_s: who is struck ends the own action so long after the blow [s]; 0: nobody reacts.
-        tries: attempts to get up before a fighter stays down.
+        tries: attempts to roll over or get up before a fighter stays down.
     """
 
     ahead_s: float = 0.6
@@ -64,7 +64,7 @@ class LiveSettings:
     dead_rad: float = 0.15
     reach_m: float = 0.3
     react_s: float = 0.12
-    tries: int = 3
+    tries: int = 6
 
 
 @dataclass(frozen=True)
@@ -286,7 +286,8 @@ class LiveFight:
         """Let a body follow a motion from a time on, at the simulation's own steps."""
         step = self.tracker.timestep
         first = round(since_s / step)
-        times = np.arange(first, round((since_s + motion.duration) / step) + 1) * step - since_s
+        steps = np.arange(first, round((since_s + motion.duration) / step) + 1, dtype=np.float64)
+        times = steps * step - since_s
         nearest = np.clip(np.round(times * motion.fps).astype(int), 0, len(motion) - 1)
         exact = replace(
             motion, qpos=sample(motion, times), fps=1 / step, contacts=motion.contacts[nearest], events={}, loop=False

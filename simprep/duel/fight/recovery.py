@@ -7,24 +7,27 @@ import numpy as np
 
 from simprep.character import Character
 from simprep.duel.fight.falls import Fall
-from simprep.duel.fight.getting_up import PRONE, held, lying, way_up
+from simprep.duel.fight.getting_up import PRONE, held, lying, roll_over, way_up
 from simprep.motion.motion import Motion
 from simprep.physics.tracker import TrackerState
 
 FALLING_S, REST_S, STANDING_S = 1.0, 0.8, 0.6
 """How long the controller may fight a fall; how long a body then keeps its pose, to come to rest; and how long it has to
 stand after getting up [s]."""
+LOST_S = 1.0
+"""Who is off the way up for so long begins again [s]."""
 UP_M = 0.75
 """Who stands has the pelvis higher than this [m]."""
 
 
 @dataclass
 class _Down:
-    """One fighter on the floor; `then` is when the next thing happens [s]."""
+    """One fighter on the floor; `then` is when the next thing happens, `lost` since when the way up is missed [s]."""
 
     row: int
     phase: str
     then: float
+    lost: float | None = None
 
 
 class Recovery:
@@ -33,7 +36,7 @@ class Recovery:
     Args:
         bodies: the fighters.
         fps: frame rate of motions [1/s].
-        tries: attempts before a fighter stays down.
+        tries: attempts, rolls included, before a fighter stays down.
     """
 
     def __init__(self, bodies: Sequence[Character], fps: float, tries: int) -> None:
@@ -69,7 +72,7 @@ class Recovery:
             state: of the bodies.
         """
         down = self._down.get(player)
-        if down is None or time_s < down.then:
+        if down is None or not self._due(down, time_s, player in state.fallen):
             return None
         qpos, body, fall = state.bodies_qpos[player], self._bodies[player], self._falls[down.row]
         if down.phase == "falling":
@@ -83,11 +86,25 @@ class Recovery:
             down.phase, down.then = "resting", time_s + REST_S
             return held(qpos, self._fps, body, REST_S)
         how = lying(qpos, body)
-        self._falls[down.row] = fall = replace(fall, lay=how)
-        motion = way_up(qpos, body) if how == PRONE and fall.tries < self._tries else None
+        self._falls[down.row] = fall = replace(fall, lay=fall.lay or how)
+        motion = None
+        if fall.tries < self._tries:
+            motion = way_up(qpos, body) if how == PRONE else roll_over(qpos, body)
         if motion is None:
             down.phase, down.then = "stays down", np.inf
             return None
         self._falls[down.row] = replace(fall, tries=fall.tries + 1)
-        down.phase, down.then = "rising", time_s + motion.duration + STANDING_S
+        if how == PRONE:
+            down.phase, down.then, down.lost = "rising", time_s + motion.duration + STANDING_S, None
+        else:
+            down.then = time_s + motion.duration
         return motion
+
+    @staticmethod
+    def _due(down: _Down, time_s: float, fallen: bool) -> bool:
+        """Whether the next thing happens now: its time has come, or who gets up has missed the way for too long."""
+        if down.phase != "rising" or not fallen:
+            down.lost = None
+        elif down.lost is None:
+            down.lost = time_s
+        return time_s >= down.then or (down.lost is not None and time_s - down.lost > LOST_S)

@@ -4,11 +4,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.falls import Fall, blow_before, blows
 from simprep.duel.fight.floor_move import FloorMove, GradualMove, fit_move, move_between
-from simprep.duel.fight.getting_up import PRONE, SUPINE, lying, way_up
+from simprep.duel.fight.getting_up import PRONE, SUPINE, lying, roll_over, way_up
 from simprep.duel.fight.hits import JudgedContact
 from simprep.duel.fight.live import DOWN, REACTS, WAITS, LiveFight, LiveSettings
 from simprep.duel.fight.modes import begin_fight
@@ -300,11 +301,20 @@ def test_lying_and_the_way_up_begin_where_the_body_is():
     assert np.linalg.norm(up.qpos[-1, :2] - lies[:2]) < 1.2
     steps = np.abs(np.diff(up.qpos[:, 7:], axis=0)).max() * up.fps
     assert steps < 10, "a jump"
-    over = lies.copy()
-    over[3:7] = [lies[3], lies[4], -lies[5], lies[6]]
     on_back = humanoid().standing_qpos.copy()
     on_back[3:7] = [np.sqrt(0.5), 0, -np.sqrt(0.5), 0]
     assert lying(on_back, body) == SUPINE
+    for angle in (0.9, -0.9):
+        tilted = on_back.copy()
+        tilt = Rotation.from_rotvec([angle, 0, 0]) * Rotation.from_quat(on_back[3:7], scalar_first=True)
+        tilted[3:7] = tilt.as_quat(scalar_first=True)
+        over = roll_over(tilted, body)
+        np.testing.assert_allclose(over.qpos[0], tilted, atol=1e-12)
+        assert lying(over.qpos[-1], body) == PRONE
+        turns = Rotation.from_quat(over.qpos[:, 3:7], scalar_first=True)
+        assert (turns[1:] * turns[:-1].inv()).magnitude().sum() == pytest.approx(np.pi - 0.9, abs=0.3), "the long way"
+        # without slipping: to the side on which the front goes down
+        assert np.sign(over.qpos[-1, 1] - tilted[1]) == -np.sign(angle)
 
 
 def test_who_falls_gets_up_and_the_fight_goes_on(model, examples):
@@ -329,12 +339,12 @@ def test_who_falls_gets_up_and_the_fight_goes_on(model, examples):
     np.testing.assert_allclose(up.qpos[0], lies, atol=1e-9)
 
 
-def test_who_lies_on_the_back_stays_down_and_the_fight_can_still_be_read(model, examples):
+def test_who_cannot_get_up_stays_down_and_the_fight_can_still_be_read(model, examples):
     tracker = Stub(fallen=lambda time: {0: "the head is low"} if time >= 1.0 else {})
     on_back = humanoid().standing_qpos.copy()
     on_back[2:7] = [0.1, np.sqrt(0.5), 0, -np.sqrt(0.5), 0]
     tracker.poses[0] = on_back
-    live = begun(model, examples, tracker, 5.0)
+    live = begun(model, examples, tracker, 5.0, replace(QUIET, tries=0))
     (fall,) = live.falls
     assert (fall.lay, fall.up_s, fall.tries) == (SUPINE, None, 0)
     assert "stays down" in fall.words
