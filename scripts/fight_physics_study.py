@@ -85,14 +85,17 @@ def held_out(model: FightModel) -> Distributions:
     stream = model.stream.part(first, len(model.stream))
     inside = actions.start >= first
     clips = actions.clip[inside] - actions.clip[inside].min()
-    table = np.stack([actions.player[inside], actions.start[inside] - first, actions.end[inside] - first, clips], axis=1)
+    table = np.stack(
+        [actions.player[inside], actions.start[inside] - first, actions.end[inside] - first, clips], axis=1
+    )
     return distributions(stream, table, actions.label[inside])
 
 
 def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
     """Metrics of a simulated bout; None where one does not exist."""
     run, found = results.run, results.simulated
-    assert run is not None and found is not None
+    assert run is not None
+    assert found is not None
     simulated, minutes = found.simulated, run.end_s / 60
     com = [value for number in (0, 1) if isinstance(value := evaluate_run(run.body(number))["com_cos_mm"], float)]
     out: dict[str, Any] = {

@@ -22,6 +22,9 @@ ENDS = ("hand", "foot")
 FARTHEST_M = 0.5
 """An attack of the examples that stays farther than this from the opponent is no strike [m]."""
 
+BACK_M = 0.1
+"""Who is too near for a strike goes back by no more than this for it [m]."""
+
 
 @dataclass(frozen=True)
 class Strike:
@@ -101,5 +104,8 @@ def bent(
     target = forward_kinematics(opponent[None], character).xipos[0, strike.target, :2]
     reached = placement.position[frame] + turned(strike.way, turn)
     miss = target + turned(strike.offset, turn) - reached
+    ahead = target - placement.position[frame]
+    ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
+    miss = miss + max(0.0, -BACK_M - float(miss @ ahead)) * ahead
     size = float(np.linalg.norm(miss))
     return Aim(placement.position[frame] + miss * min(1.0, farthest / max(size, 1e-9)), max(frame, 1))
