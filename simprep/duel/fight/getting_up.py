@@ -21,6 +21,8 @@ SETTLE_S, ROLL_S = 1.2, 1.0
 """Time in which arms and legs come to where getting up begins, and further time for half a turn about the long axis [s]."""
 ROLL_M = 0.15
 """Height of the long axis above the floor in a roll: rolled without slipping, the body moves by this times the angle [m]."""
+EITHER_RAD = 2.0
+"""Who has to turn by more than this may as well roll the other way [rad]."""
 LIE_S = 0.8
 """Time to come to rest after a roll [s]."""
 PRONE, SUPINE, SIDE = "prone", "supine", "side"
@@ -45,15 +47,16 @@ def way_up(qpos: FloatArray, character: Character) -> Motion | None:
     return _way(qpos, character, True)
 
 
-def roll_over(qpos: FloatArray, character: Character) -> Motion | None:
+def roll_over(qpos: FloatArray, character: Character, others: FloatArray | None = None) -> Motion | None:
     """From any pose (nq,) that lies to lying face down; None for a body of which no way up is known.
 
     The body rolls about its long axis the short way, without slipping, while arms and legs come to where getting up begins.
+    Who lies on the back rolls away from where others are on the floor (2,), if that is given [m].
     """
-    return _way(qpos, character, False)
+    return _way(qpos, character, False, others)
 
 
-def _way(qpos: FloatArray, character: Character, up: bool) -> Motion | None:
+def _way(qpos: FloatArray, character: Character, up: bool, others: FloatArray | None = None) -> Motion | None:
     known = library_motion("get_up_prone")
     if known.character != character:
         return None
@@ -63,8 +66,11 @@ def _way(qpos: FloatArray, character: Character, up: bool) -> Motion | None:
     axis = np.array([np.cos(along), np.sin(along), 0.0])
     now, first = (Rotation.from_quat(one[3:7], scalar_first=True) for one in (qpos, placed.qpos[0]))
     angle = _roll(now.apply([1.0, 0.0, 0.0]), axis)
+    aside = np.cross(axis, [0.0, 0.0, 1.0])[:2]  # where a turn by a positive angle leads
+    if others is not None and abs(angle) > EITHER_RAD and angle * float(aside @ (qpos[:2] - others)) < 0:
+        angle -= 2 * np.pi * float(np.sign(angle))
     rest = (first * (Rotation.from_rotvec(angle * axis) * now).inv()).as_rotvec()
-    there = qpos[:2] + ROLL_M * angle * np.cross(axis, [0.0, 0.0, 1.0])[:2]
+    there = qpos[:2] + ROLL_M * angle * aside
     placed = move(placed, tuple(there - turned(known.qpos[0, :2], turn)))
     seconds = SETTLE_S + ROLL_S * abs(angle) / np.pi
     share = minimum_jerk(np.arange(round(seconds * placed.fps)) / (seconds * placed.fps))[:, None]

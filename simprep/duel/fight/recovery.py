@@ -89,7 +89,8 @@ class Recovery:
         self._falls[down.row] = fall = replace(fall, lay=fall.lay or how)
         motion = None
         if fall.tries < self._tries:
-            motion = way_up(qpos, body) if how == PRONE else roll_over(qpos, body)
+            others = np.mean([one[:2] for number, one in enumerate(state.bodies_qpos) if number != player], axis=0)
+            motion = way_up(qpos, body) if how == PRONE else roll_over(qpos, body, others)
         if motion is None:
             down.phase, down.then = "stays down", np.inf
             return None

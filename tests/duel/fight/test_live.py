@@ -317,6 +317,10 @@ def test_lying_and_the_way_up_begin_where_the_body_is():
         assert (turns[1:] * turns[:-1].inv()).magnitude().sum() == pytest.approx(np.pi - 0.9, abs=0.3), "the long way"
         # without slipping: to the side on which the front goes down
         assert np.sign(over.qpos[-1, 1] - tilted[1]) == -np.sign(angle)
+        for side in (-1, 1):  # away from the other
+            over = roll_over(tilted, body, np.add(tilted[:2], [0.0, side]))
+            assert np.sign(over.qpos[-1, 1] - tilted[1]) == -side
+            assert lying(over.qpos[-1], body) == PRONE
 
 
 def test_who_falls_gets_up_and_the_fight_goes_on(model, examples):
