@@ -27,7 +27,7 @@ from measuring.save import save_study
 from measuring.yardstick import Yardstick
 from simprep.duel.fight.default_model import fight_model
 from simprep.duel.fight.example_motions import ExampleMotions
-from simprep.duel.fight.falls import KNOCK_DOWN_NS, KNOCK_DOWN_S
+from simprep.duel.fight.falls import KNOCK_DOWN_NS, KNOCK_DOWN_S, blows
 from simprep.duel.fight.live import LiveFight, LiveSettings
 from simprep.duel.fight.modes import begin_fight
 from simprep.duel.model.fight_model import FightModel, stream_digest
@@ -112,7 +112,7 @@ def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
         "mpjpe_calm_mm": found.mpjpe_calm_mm,
         "reacted_share": found.reacted_share,
         "blows": found.blows,
-        "largest_blow_ns": found.blow_ns and found.blow_ns.p95,
+        "largest_blow_ns": max((one.impulse_ns for one in blows(results.contacts)), default=0.0),
         "largest_peak_force_n": max((one.peak_force_n for one in run.contacts), default=0.0),
         "com_cos_mm": float(np.mean(com)) if com else None,
         "unconverged_steps": run.unconverged_steps,
