@@ -9,11 +9,12 @@ humanoid on one and two threads), `fight_fps` (two fighters' kinematic synthesis
 kinematics; frames of the fight per second of processor time of one core), `analysis_s` (processor time to analyse the built-in
 kickboxing stream, 16 minutes, as `simprep duel analyse` does by default, without its figures), `mpc_s_per_s`,
 `live_s_per_s` and `pair_s_per_s` (computing time per second of motion: presets `default` and `live`, and two bodies planned jointly),
+`feedback_s_per_s` (the same of a fight that is simulated while it is drawn, drawing and posture optimisation included),
 `mpc_overhead_share` and `planner_overhead_share` (share of it spent outside MuJoCo, of all and of the planner) and `peak_rss_mb`.
 
 Seconds say little of another machine. So all of it is also stated in yardsticks: the time that 100 000 steps of
 `scripts/yardstick.xml` take here and now, in a batch of 28 on 2 threads (`yardstick_s`). Costs are multiples of it,
-`analysis_yardsticks`, `mpc_yardsticks`, `live_yardsticks` and `pair_yardsticks` (per second of motion). Rates are amounts in that time: `fight_fps` becomes
+`analysis_yardsticks`, `mpc_yardsticks`, `live_yardsticks`, `pair_yardsticks` and `feedback_yardsticks` (per second of motion). Rates are amounts in that time: `fight_fps` becomes
 `fight_frames_per_yardstick`, `sim_steps_per_s_1` becomes `sim_steps_per_yardstick_1`, and so on.
 """
 
@@ -43,6 +44,7 @@ from simprep.controller.runtime.world import library_world
 from simprep.duel.analysis import analyse
 from simprep.duel.fight.default_model import default_fight_model
 from simprep.duel.fight.example_motions import ExampleMotions
+from simprep.duel.fight.live import LiveFight
 from simprep.duel.fight.modes import begin_fight
 from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import preset
@@ -61,6 +63,7 @@ from simprep.scene import build_scene
 MPC_SECONDS = 3.0
 PREPARED_SECONDS = 6.0
 FIGHT_SECONDS = 60.0
+FEEDBACK_SECONDS = 5.0
 SIMULATIONS, SIMULATION_STEPS = 64, 240
 
 # name, parent, offset [cm] (y up, x left, z forward), swing amplitude [deg] about x
@@ -177,6 +180,14 @@ def fight_rate() -> float:
     return max(rates)
 
 
+def feedback_cost() -> float:
+    """Computing time per second of an automatic fight with feedback; the model and its examples are there already."""
+    made = begin_fight(default_fight_model(), seed=0)
+    live = LiveFight(made, seed=0, optimise=True)
+    live.run(FEEDBACK_SECONDS)
+    return live.wall_s / live.time
+
+
 def analysis_time() -> float:
     """Processor time of analysing the built-in kickboxing stream [s]."""
     made = make_synthetic(preset("kickboxing"), 0)
@@ -215,6 +226,7 @@ def measure(file: Path | None) -> dict[str, float]:
     live = track(prepared, "mpc", 0, SimulationSettings(mpc=MPC_PRESETS["live"]))
     timed = {"mpc": run, "live": live, "pair": pair}
     numbers |= {f"{name}_s_per_s": one.wall_s / one.end_s for name, one in timed.items()}
+    numbers["feedback_s_per_s"] = feedback_cost()
     yardstick_s = Yardstick().seconds()  # beside mpc, which it is compared with most
     numbers |= {"yardstick_s": yardstick_s, **in_yardsticks(numbers, yardstick_s)}
     numbers["mpc_overhead_share"] = run.overhead_share

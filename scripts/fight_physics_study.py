@@ -1,6 +1,10 @@
-"""Automatic bouts under physics, with and without posture optimisation of both fighters, on the same seeds.
+"""Automatic bouts under physics, with and without feedback, with and without posture optimisation, on the same seeds.
 
-Example: python scripts/fight_physics_study.py --bouts 10 --seconds 10 -o results/fight_physics
+Example: python scripts/fight_physics_study.py --bouts 10 --seconds 60 -o results/fight_feedback
+
+*planned*: the whole bout is drawn first and simulated then, up to its first fall (`simprep fight --no-feedback`).
+*feedback*: it is simulated while it is drawn, and goes on after falls. The model has learned from two thirds of its
+stream; distances to recorded distributions are to the other third.
 
 Every case (bout, arm) is written to OUT/cases as soon as it is done; a study that is started again goes on where it
 was. Writes OUT/fight_physics.json and OUT/fight_physics.md. Computing times mean something only if nothing else runs.
@@ -10,6 +14,7 @@ import argparse
 import hashlib
 import json
 import sys
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -19,150 +24,204 @@ from rich.console import Console
 from rich.progress import Progress
 
 from measuring.save import save_study
+from measuring.yardstick import Yardstick
 from simprep.duel.fight.default_model import fight_model
 from simprep.duel.fight.example_motions import ExampleMotions
-from simprep.duel.fight.fight import Fight
-from simprep.duel.fight.hits import judge
+from simprep.duel.fight.falls import KNOCK_DOWN_NS, KNOCK_DOWN_S, blows
+from simprep.duel.fight.live import LiveFight, LiveSettings
 from simprep.duel.fight.modes import begin_fight
-from simprep.duel.fight.posture import optimise_fight_posture
+from simprep.duel.model.fight_model import FightModel, stream_digest
+from simprep.duel.model.held_out import learn_before, split_frame
 from simprep.errors import SimprepError
 from simprep.metrics.evaluate import evaluate_run
-from simprep.metrics.interaction.run import run_metrics
-from simprep.metrics.interaction.stream import falls_per_minute
-from simprep.physics.run import Run
-from simprep.physics.settings import SimulationSettings
-from simprep.physics.simulate import simulate
+from simprep.metrics.interaction.distributions import Distributions, distributions
+from simprep.metrics.interaction.evaluate import FightResults, evaluate_fight, evaluate_live
+from simprep.metrics.interaction.stream import plain
+from simprep.metrics.paired import bootstrap_median
+from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.store import save_run
 from simprep.report.results import provenance, save_json
 
-SCHEMA = "simprep.fight_physics_study/2"
-ARMS = ("plain", "optimised")
+SCHEMA = "simprep.fight_physics_study/3"
+ARMS = ("planned", "planned_optimised", "feedback", "feedback_optimised")
 SHOWN = {
-    "mpjpe_mm": "MPJPE mm",
-    "g_mpjpe_mm": "G-MPJPE mm",
-    "foot_slip_ratio": "foot slip ratio",
-    "overlap_before_mean_mm": "overlap before, mean mm",
-    "overlap_before_max_mm": "overlap before, max mm",
-    "overlap_after_mean_mm": "overlap after, mean mm",
-    "overlap_after_max_mm": "overlap after, max mm",
-    "hits_intended": "attacks landed",
-    "hits_blocked": "attacks blocked",
-    "hits_unintended": "unintended contacts",
-    "largest_impulse_ns": "largest impulse N s",
-    "largest_peak_force_n": "largest contact force N",
-    "torque_rms_nm": "torque RMS N m",
-    "com_cos_mm": "COM to support centre mm",
     "end_s": "simulated s",
-    "s_per_s": "s per s",
+    "falls_unprovoked": "falls without a blow",
+    "knock_downs": "knock-downs",
+    "got_up": "of all falls: up again",
+    "mpjpe_mm": "MPJPE mm",
+    "mpjpe_calm_mm": "the same, not in the 0.5 s after a blow, nobody down",
+    "g_mpjpe_mm": "G-MPJPE mm",
+    "strike_miss_mm": "strikes miss by, median mm",
+    "hits_intended_per_min": "attacks landed per minute",
+    "hits_blocked_per_min": "attacks blocked per minute",
+    "hits_unintended_per_min": "unintended contacts per minute",
+    "attacks_per_min": "attacks per minute, both",
+    "answered_share": "attacks answered in 0.5 s",
+    "reacted_share": "blows of 5 N s or more reacted to",
+    "distance_m": "distance, median m",
+    "facing_deg": "facing of the pelvis, median deg",
+    "facing_head_deg": "of the head",
+    "js_distance": "JS to held-out data: distance",
+    "js_facing": "JS: facing",
+    "overlap_before_mean_mm": "overlap of what was tracked, mean mm",
+    "overlap_after_mean_mm": "overlap simulated, mean mm",
+    "overlap_after_max_mm": "the same, deepest mm",
+    "slip_tracked_mm": "slip of a stance: tracked mm",
+    "slip_simulated_mm": "simulated mm",
+    "foot_slip_ratio": "slip ratio",
+    "largest_blow_ns": "largest blow N s",
+    "largest_peak_force_n": "largest contact force N",
+    "com_cos_mm": "COM to support centre mm",
+    "unconverged_steps": "steps in which contacts did not converge",
+    "yardsticks": "yardsticks per second",
 }
-"""What the table shows, and how it is called."""
-PER_FIGHTER = ("torque_rms_nm", "com_cos_mm", "saturation_share")
-HITS = ("intended", "blocked", "unintended")
+"""What the table shows, and how it is called. All are of the simulation, unless they say otherwise."""
 
 
-def bouts(count: int, seconds: float, model: Path | None) -> list[Fight]:
-    """Automatic bouts, one for each seed."""
-    whole = fight_model(model)
-    examples = ExampleMotions.of(whole.stream, whole.model)
-    made = [begin_fight(whole, seed=seed, examples=examples) for seed in range(count)]
-    for one in made:
-        one.run(seconds)
-    return [one.fight(seconds) for one in made]
+def held_out(model: FightModel) -> Distributions:
+    """What the model has not seen."""
+    first, actions = model.learned_until or 0, model.model.graph.actions
+    stream = model.stream.part(first, len(model.stream))
+    inside = actions.start >= first
+    clips = actions.clip[inside] - actions.clip[inside].min()
+    table = np.stack(
+        [actions.player[inside], actions.start[inside] - first, actions.end[inside] - first, clips], axis=1
+    )
+    return distributions(stream, table, actions.label[inside])
 
 
-def numbers(run: Run, fight: Fight) -> dict[str, Any]:
+def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
     """Metrics of a simulated bout; None where one does not exist."""
-    found = run_metrics(run, fight)
-    simulated = found.simulated
-    own = [evaluate_run(run.body(number)) for number in (0, 1)]
-    both = {}
-    for key in PER_FIGHTER:
-        values = [value for one in own if isinstance(value := one[key], float)]
-        both[key] = float(np.mean(values)) if values else None
-    return {
+    run, found = results.run, results.simulated
+    assert run is not None
+    assert found is not None
+    simulated, minutes = found.simulated, run.end_s / 60
+    com = [value for number in (0, 1) if isinstance(value := evaluate_run(run.body(number))["com_cos_mm"], float)]
+    out: dict[str, Any] = {
         "end": found.end,
         "end_s": found.end_s,
-        "end_reason": run.end_reason,
-        "fallen": run.fallen,
-        "mpjpe_mm": simulated and simulated.mpjpe_mm,
-        "g_mpjpe_mm": simulated and simulated.g_mpjpe_mm,
-        "foot_slip_ratio": found.foot_slip_ratio if simulated else None,
+        "falls": [{**asdict(one), "knock_down": one.knock_down} for one in results.falls],
+        "falls_unprovoked": sum(not one.knock_down for one in results.falls),
+        "knock_downs": sum(one.knock_down for one in results.falls),
+        "got_up": sum(one.up_s is not None for one in results.falls),
         "overlap_before_mean_mm": found.penetration_before.mean_mm,
-        "overlap_before_max_mm": found.penetration_before.max_mm,
-        "overlap_after_mean_mm": simulated and simulated.penetration.mean_mm,
-        "overlap_after_max_mm": simulated and simulated.penetration.max_mm,
-        **{f"hits_{name}": simulated and getattr(simulated.hits, name) for name in HITS},
-        **both,
-        "largest_impulse_ns": max((one.impulse_ns for one in run.contacts), default=0.0),
+        "slip_tracked_mm": found.slip_mm_per_stance[0],
+        "slip_simulated_mm": found.slip_mm_per_stance[1],
+        "foot_slip_ratio": found.foot_slip_ratio,
+        "mpjpe_calm_mm": found.mpjpe_calm_mm,
+        "reacted_share": found.reacted_share,
+        "blows": found.blows,
+        "largest_blow_ns": max((one.impulse_ns for one in blows(results.contacts)), default=0.0),
         "largest_peak_force_n": max((one.peak_force_n for one in run.contacts), default=0.0),
+        "com_cos_mm": float(np.mean(com)) if com else None,
         "unconverged_steps": run.unconverged_steps,
-        "rejected_samples": run.settings["rejected_samples"],
         "assist_n": found.assist_n,
         "s_per_s": found.s_per_s,
-        "contacts": [asdict(one) for one in judge(run.contacts, fight)],
+        "yardstick_s": yardstick_s,
+        "yardsticks": found.s_per_s / yardstick_s,
+        "contacts": [asdict(one) for one in results.contacts],
     }
+    if simulated is not None:
+        out |= {
+            "mpjpe_mm": simulated.mpjpe_mm,
+            "g_mpjpe_mm": simulated.g_mpjpe_mm,
+            "strike_miss_mm": simulated.strike_miss_mm and simulated.strike_miss_mm.median,
+            **{
+                f"hits_{name}_per_min": getattr(simulated.hits, name) / minutes
+                for name in ("intended", "blocked", "unintended")
+            },
+            "attacks_per_min": sum(simulated.reactions.attacks_per_min),
+            "answered_share": simulated.reactions.answered_share,
+            "distance_m": simulated.distance_m.median,
+            "facing_deg": simulated.facing_error_deg.median,
+            "facing_head_deg": simulated.head_facing_error_deg.median,
+            **{f"js_{name}": simulated.js.get(name) for name in ("bigram", "distance", "facing")},
+            "overlap_after_mean_mm": simulated.penetration.mean_mm,
+            "overlap_after_max_mm": simulated.penetration.max_mm,
+        }
+    cleaned: dict[str, Any] = plain(out)
+    return cleaned
 
 
-def digest(fight: Fight, arm: str, settings: SimulationSettings) -> str:
-    """What a case depends on, so that a stale file is not taken for it."""
-    parts = [motion.qpos.tobytes() for motion in fight.stream.players]
-    return hashlib.sha256(b"".join([*parts, repr((arm, settings, fight.actions)).encode()])).hexdigest()[:16]
+def bout(
+    model: FightModel,
+    examples: ExampleMotions,
+    recorded: Distributions,
+    arm: str,
+    options: argparse.Namespace,
+    seed: int,
+    tick: Callable[[float], None],
+) -> FightResults:
+    """One bout of one arm."""
+    made = begin_fight(model, seed=seed, examples=examples)
+    optimise = arm.endswith("_optimised")
+    if arm.startswith("planned"):
+        made.run(options.seconds)
+        fight = made.fight(options.seconds)
+        return evaluate_fight(fight, recorded, True, optimise, seed, tick, None, MPC_PRESETS[options.preset])
+    live = LiveFight(made, seed, preset=options.preset, optimise=optimise)
+    live.run(options.seconds, tick)
+    return evaluate_live(live, recorded)
 
 
-def case(fight: Fight, arm: str, seed: int, folder: Path, settings: SimulationSettings, tick: Any) -> dict[str, Any]:
+def case(
+    path: Path, key: str, make: Callable[[], FightResults], yardstick: Yardstick, arm: str, seed: int
+) -> dict[str, Any]:
     """One bout, from its file if that is of this very case."""
-    path, key = folder / f"{arm}_{seed:02d}.json", digest(fight, arm, settings)
     if path.exists() and (known := json.loads(path.read_text(encoding="utf-8"))).get("case") == key:
         return dict(known)
-    posture = None
-    if arm == "optimised":
-        fight, changes = optimise_fight_posture(fight)
-        posture = [asdict(one) for one in changes]
-    run = simulate(fight.stream.players, "mpc", seed, settings, tick)
-    save_run(run, folder / f"{arm}_{seed:02d}.npz")
-    content = {"case": key, "arm": arm, "seed": seed, "posture": posture, **numbers(run, fight)}
+    results = make()
+    assert results.run is not None
+    save_run(results.run, path.with_suffix(".npz"))
+    content = {"case": key, "arm": arm, "seed": seed, **numbers(results, yardstick.seconds())}
     save_json(path, content)
     return content
 
 
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Medians and quartiles over bouts, and what is pooled over all of them."""
+    minutes = sum(c["end_s"] for c in cases) / 60
     out: dict[str, Any] = {
         "n": len(cases),
         "ends": {end: sum(c["end"] == end for c in cases) for end in ("done", "fell", "diverged")},
+        "minutes": minutes,
+        "falls_unprovoked_per_min": sum(c["falls_unprovoked"] for c in cases) / minutes,
+        "knock_downs_per_min": sum(c["knock_downs"] for c in cases) / minutes,
+        "assist_n": max(c["assist_n"] for c in cases),
     }
-    out["falls_per_min"] = falls_per_minute([(c["end"], c["end_s"]) for c in cases])
-    measured = [c for c in cases if c["overlap_after_mean_mm"] is not None]
-    seconds = np.array([c["end_s"] for c in measured])
-    means = {}
-    for when in ("before", "after"):
-        per_bout = np.array([c[f"overlap_{when}_mean_mm"] for c in measured])
-        means[when] = float((per_bout * seconds).sum() / seconds.sum()) if measured else 0.0
-    out["overlap_mean_mm"] = means
-    out["overlap_cut_share"] = 1 - means["after"] / means["before"] if means["before"] else None
-    out["unconverged_steps"] = sum(c["unconverged_steps"] for c in cases)
-    out["assist_n"] = max(c["assist_n"] for c in cases)
+    before, after = (
+        sum((c.get(f"overlap_{when}_mean_mm") or 0.0) * c["end_s"] for c in cases) for when in ("before", "after")
+    )
+    out["overlap_cut_share"] = 1 - after / before if before else None
     for key in SHOWN:
-        values = [c[key] for c in cases if c[key] is not None]
+        values = [c[key] for c in cases if c.get(key) is not None]
         if values:
             low, middle, high = np.percentile(values, (25, 50, 75))
             out[key] = {
-                "median": middle,
-                "q25": low,
-                "q75": high,
-                "min": min(values),
-                "max": max(values),
-                "n": len(values),
-            }
+                "median": middle, "q25": low, "q75": high, "min": min(values), "max": max(values), "n": len(values),
+            }  # fmt: skip
     return out
 
 
-def markdown(summaries: dict[str, Any], seconds: float) -> str:
-    """The table."""
+def differences(done: dict[str, list[dict[str, Any]]], first: str, second: str) -> dict[str, Any]:
+    """Second minus first, paired by seed: median, 95 % bootstrap interval, n."""
+    other, rng = {c["seed"]: c for c in done[first]}, np.random.default_rng(0)
+    out = {}
+    for key in SHOWN:
+        pairs = [(other[c["seed"]].get(key), c.get(key)) for c in done[second] if c["seed"] in other]
+        values = [b - a for a, b in pairs if a is not None and b is not None]
+        median, low, high = bootstrap_median(values, rng)
+        out[key] = {"median": median, "low": low, "high": high, "n": len(values)}
+    return out
+
+
+def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float) -> str:
+    """The tables."""
     first = next(iter(summaries.values()))
     lines = [
-        f"{first['n']} automatic bouts of {seconds:g} s for each arm, the same seeds; a bout ends with its first fall. Medians"
-        " over bouts, quartiles in brackets.",
+        f"{first['n']} automatic bouts of {seconds:g} s for each arm, the same seeds. A planned bout ends with its first fall, one"
+        " with feedback goes on. Medians over bouts, quartiles in brackets. Falls per minute are over both fighters.",
         "",
         f"| | {' | '.join(summaries)} |",
         f"| --- |{' --- |' * len(summaries)}",
@@ -172,73 +231,79 @@ def markdown(summaries: dict[str, Any], seconds: float) -> str:
         lines.append(f"| {name} | {' | '.join(cells)} |")
 
     row("to the end / fell / diverged", [" / ".join(str(v) for v in s["ends"].values()) for s in summaries.values()])
-    row("falls per minute", [f"{s['falls_per_min']:.1f}" for s in summaries.values()])
-    for key, name in SHOWN.items():
-        cells = []
-        for s in summaries.values():
-            v = s.get(key)
-            cells.append("-" if v is None else f"{v['median']:.3g} ({v['q25']:.3g} to {v['q75']:.3g})")
-        row(name, cells)
+    row("minutes simulated", [f"{s['minutes']:.2f}" for s in summaries.values()])
+    row("falls without a blow per minute", [f"{s['falls_unprovoked_per_min']:.2f}" for s in summaries.values()])
+    row("knock-downs per minute", [f"{s['knock_downs_per_min']:.2f}" for s in summaries.values()])
     row(
-        "overlap, mean over all frames mm: before, after, cut",
-        [
-            "-"
-            if s["overlap_cut_share"] is None
-            else f"{s['overlap_mean_mm']['before']:.2f}, {s['overlap_mean_mm']['after']:.3f}, {100 * s['overlap_cut_share']:.1f} %"
-            for s in summaries.values()
-        ],
+        "mean overlap cut by",
+        ["-" if (v := s["overlap_cut_share"]) is None else f"{100 * v:.1f} %" for s in summaries.values()],
     )
-    row("steps in which the contact solver did not converge", [str(s["unconverged_steps"]) for s in summaries.values()])
+    for key, name in SHOWN.items():
+        cells = [s.get(key) for s in summaries.values()]
+        row(name, ["-" if v is None else f"{v['median']:.3g} ({v['q25']:.3g} to {v['q75']:.3g})" for v in cells])
     row("largest assist N", [f"{s['assist_n']:g}" for s in summaries.values()])
+    for title, found in pairs.items():
+        lines += ["", f"{title}: median of the differences, 95 % bootstrap interval, n.", "", "| | |", "| --- | --- |"]
+        for key, name in SHOWN.items():
+            v = found[key]
+            if v["low"] is not None:
+                row(name, [f"{v['median']:.3g} ({v['low']:.3g} to {v['high']:.3g}), n {v['n']}"])
+    lines += ["", f"A fall is a knock-down within {KNOCK_DOWN_S:g} s of a blow of {KNOCK_DOWN_NS:g} N s or more."]
     return "\n".join(lines) + "\n"
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--bouts", type=int, default=10)
-    parser.add_argument("--seconds", type=float, default=10.0)
+    parser.add_argument("--seconds", type=float, default=60.0)
+    parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--model", type=Path, help="folder of a model; default: of the built-in kickboxing stream")
     parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS))
-    parser.add_argument("-o", "--out", type=Path, default=Path("results/fight_physics"))
+    parser.add_argument("--preset", choices=list(MPC_PRESETS), default="default")
+    parser.add_argument("-o", "--out", type=Path, default=Path("results/fight_feedback"))
     options = parser.parse_args()
-    settings = SimulationSettings()
-    folder = options.out / "cases"
     done: dict[str, list[dict[str, Any]]] = {arm: [] for arm in options.arms}
     try:
-        fights = bouts(options.bouts, options.seconds, options.model)
+        model = fight_model(options.model)
+        if model.learned_until is None:
+            model = learn_before(model, split_frame(model))
+        examples, recorded, yardstick = ExampleMotions.of(model.stream, model.model), held_out(model), Yardstick()
+        whole = repr((stream_digest(model.stream), options.seconds, MPC_PRESETS[options.preset], LiveSettings()))
         with Progress(console=Console(stderr=True)) as progress:
-            for seed, fight in enumerate(fights):
+            for seed in range(options.first_seed, options.first_seed + options.bouts):
                 for arm in options.arms:
                     task = progress.add_task(f"bout {seed} {arm}", total=1.0)
-                    result = case(
-                        fight,
-                        arm,
-                        seed,
-                        folder,
-                        settings,
-                        lambda share, task=task: progress.update(task, completed=share),
-                    )
+
+                    def make(arm: str = arm, seed: int = seed, task: Any = task) -> FightResults:
+                        def tick(share: float) -> None:
+                            progress.update(task, completed=share)
+
+                        return bout(model, examples, recorded, arm, options, seed, tick)
+
+                    key = hashlib.sha256(repr((whole, arm, seed)).encode()).hexdigest()[:16]
+                    result = case(options.out / "cases" / f"{arm}_{seed:02d}.json", key, make, yardstick, arm, seed)
                     progress.remove_task(task)
                     done[arm].append(result)
                     progress.console.print(
-                        f"{arm} {seed}: {result['end']} {result['end_s']:.2f} s, MPJPE {result['mpjpe_mm'] or 0:.0f} mm, overlap "
-                        f"{result['overlap_before_mean_mm']:.2f} to {result['overlap_after_mean_mm'] or 0:.3f} mm, "
-                        f"{result['hits_intended']} landed, {result['s_per_s'] or 0:.1f} s per s"
+                        f"{arm} {seed}: {result['end']} {result['end_s']:.2f} s, {result['falls_unprovoked']} falls,"
+                        f" {result['knock_downs']} knock-downs, MPJPE {result.get('mpjpe_mm') or 0:.0f} mm,"
+                        f" {result['s_per_s'] or 0:.1f} s per s"
                     )
     except SimprepError as error:
         print(error, file=sys.stderr)
         return 2
     summaries = {arm: summarise(cases) for arm, cases in done.items()}
+    compared = (
+        ("planned", "feedback"), ("planned_optimised", "feedback_optimised"), ("feedback", "feedback_optimised"),
+        ("planned", "planned_optimised"),
+    )  # fmt: skip
+    pairs = {f"{b} minus {a}": differences(done, a, b) for a, b in compared if a in done and b in done}
     content = {
         "schema": SCHEMA, **provenance(sys.argv), "bouts": options.bouts, "seconds": options.seconds,
-        "settings": {
-            "timestep_s": settings.scene.timestep,
-            "friction": settings.scene.friction,
-            **{name: asdict(getattr(settings, name)) for name in ("reference", "mpc", "fall")},
-        },
-        "summary": summaries, "cases": [one for cases in done.values() for one in cases],
+        "preset": options.preset, "live": asdict(LiveSettings()), "mpc": asdict(MPC_PRESETS[options.preset]),
+        "summary": summaries, "paired": pairs, "cases": [one for cases in done.values() for one in cases],
     }  # fmt: skip
-    text = markdown(summaries, options.seconds)
+    text = markdown(summaries, pairs, options.seconds)
     print(text)
     save_study(options.out, "fight_physics", content, text)
     return 0

@@ -15,7 +15,10 @@ PICTURES = 12
 
 @dataclass(frozen=True)
 class FightCommand(BaseCommand):
-    """Let two fighters fight by a learned model, simulate the fight with joint motors only, and measure it.
+    """Let two fighters fight by a learned model, simulated with joint motors only, and measure the fight.
+
+    It is simulated while it is drawn: every action is chosen and placed by where both bodies are. Who falls gets up where
+    that is possible, and the fight goes on.
 
     Writes fight.npz (both motions), actions.csv, metrics.json; of the simulation tracked.npz (what was simulated), run.npz,
     simulated.npz, contacts.csv; and, where pictures can be drawn, strip.png and timeline.png. Without --model the built-in kickboxing stream is used, which is
@@ -46,6 +49,9 @@ class FightCommand(BaseCommand):
     no_physics: bool = False
     """Do not simulate the fight."""
 
+    no_feedback: bool = False
+    """Draw the whole fight first and simulate it then, up to the first fall."""
+
     no_optimise: Annotated[bool, tyro.conf.arg(aliases=("--no-posture-optimization",))] = False
     """Simulate the fight as synthesised, without optimising both fighters' postures before."""
 
@@ -63,9 +69,15 @@ class FightCommand(BaseCommand):
         asked = self._checked()
         from simprep.duel.fight.default_model import fight_model
         from simprep.duel.fight.example_motions import ExampleMotions
+        from simprep.duel.fight.live import LiveFight
         from simprep.duel.fight.modes import begin_fight
         from simprep.duel.model.fight_model import model_doubts
-        from simprep.metrics.interaction.evaluate import evaluate_fight, fight_content, recorded_distributions
+        from simprep.metrics.interaction.evaluate import (
+            evaluate_fight,
+            evaluate_live,
+            fight_content,
+            recorded_distributions,
+        )
         from simprep.physics.mpc import MPC_PRESETS
         from simprep.report.fight.files import save_fight
         from simprep.report.fight.pictures import draw_fight
@@ -80,21 +92,32 @@ class FightCommand(BaseCommand):
             examples = None if self.mode == "passive" else ExampleMotions.of(model.stream, model.model)
             made = begin_fight(model, self.mode, self.seed, "AB".index(self.player), asked, examples)
             bar.update(task, description="fight", completed=0.0)
-            begun = time.perf_counter()
-            made.run(self.seconds, lambda share: bar.update(task, completed=share))
-            fight = made.fight(self.seconds)
-            wall_s = time.perf_counter() - begun
-            bar.update(task, description="metrics" if self.no_physics else "simulation", completed=0.0)
-            results = evaluate_fight(
-                fight,
-                recorded_distributions(model),
-                not self.no_physics,
-                not self.no_optimise,
-                self.seed,
-                lambda share: bar.update(task, completed=share),
-                len(fight.stream) / wall_s,
-                MPC_PRESETS[self.preset],
-            )
+
+            def progress(share: float) -> None:
+                bar.update(task, completed=share)
+
+            if self.no_physics or self.no_feedback:
+                begun = time.perf_counter()
+                made.run(self.seconds, progress)
+                fight = made.fight(self.seconds)
+                wall_s = time.perf_counter() - begun
+                bar.update(task, description="metrics" if self.no_physics else "simulation", completed=0.0)
+                results = evaluate_fight(
+                    fight,
+                    recorded_distributions(model),
+                    not self.no_physics,
+                    not self.no_optimise,
+                    self.seed,
+                    progress,
+                    len(fight.stream) / wall_s,
+                    MPC_PRESETS[self.preset],
+                )
+            else:
+                live = LiveFight(made, self.seed, preset=self.preset, optimise=not self.no_optimise)
+                live.run(self.seconds, progress)
+                bar.update(task, description="metrics", completed=0.0)
+                results = evaluate_live(live, recorded_distributions(model))
+                fight = results.fight
         folder = self.out or Path("results") / "fight" / f"{self.mode}_{self.seed}"
         content = results.headline()
         files = save_fight(results, folder)
@@ -108,6 +131,8 @@ class FightCommand(BaseCommand):
         )
         if results.run is not None:
             output.say(f"simulated: {results.run.end} at {results.run.end_s:.2f} s ({results.run.end_reason})")
+            for fall in results.falls:
+                output.say(f"{'AB'[fall.player]} falls at {fall.time_s:.2f} s: {fall.words}")
         parts = [(key, value if isinstance(value, dict) else {"": value}) for key, value in content.items()]
         output.say_metrics({f"{key} {name}".strip(): one for key, part in parts for name, one in part.items()})
         output.say(f"written: {', '.join(map(str, files))}")

@@ -75,6 +75,34 @@ class ReferenceLine:
             name=new.name if new.name == old.name else f"{old.name}+{new.name}"[-100:],
         )
 
+    def forget(self, after: int) -> None:
+        """Forget what was given after a step; nothing happens where nothing was."""
+        if self._given is not None and self._first + 1 <= after < self.last:
+            self._given = cut(self._given, 0, after - self._first + 1)
+
+    def begin_anew(self, motion: Motion, step: int) -> None:
+        """Follow a motion from a step on, wherever the reference was: for a body that has lost it, such as by a fall.
+
+        What was before that step counts as the motion's first pose, so that no speed comes from the jump.
+
+        Args:
+            motion: placed where it should happen.
+            step: of its first pose; the present one or a later one.
+
+        Raises:
+            MotionError: a motion of another body, or of one frame.
+        """
+        if motion.character != self.character:
+            raise MotionError(f"{motion.name} belongs to {motion.character}; this body is {self.character}")
+        new = at_rate(motion, self._timestep)
+        kept = step - self._first
+        self._given = replace(
+            new,
+            qpos=np.concatenate([np.repeat(new.qpos[:1], kept, axis=0), new.qpos]),
+            contacts=np.concatenate([np.repeat(new.contacts[:1], kept, axis=0), new.contacts]),
+            events={key: frame + kept for key, frame in new.events.items()},
+        )
+
     def window(self, first: int, last: int) -> Reference:
         """The reference from step `first` to `last`; older poses are forgotten. What was not given is standing."""
         whole = self._upto(max(last, self.last))

@@ -11,6 +11,7 @@
 `simprep.track` and `simprep.simulate` are loops over this.
 """
 
+from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
@@ -26,7 +27,7 @@ from simprep.errors import SettingError, UnknownNameError
 from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.bodies import scene_bodies
-from simprep.physics.contacts import ContactReader, merge_touches
+from simprep.physics.contacts import BodyContact, ContactReader, merge_touches
 from simprep.physics.controller import Controller, ControllerFactory, ControlTask, PdController
 from simprep.physics.falls import divergence, fall
 from simprep.physics.mismatch import Mismatch, Observer
@@ -147,6 +148,7 @@ class Tracker:
         self._stale = False
         self._step = self._first = 0  # the present step, and that of the references' first pose
         self._fallen: tuple[int, ...] = ()
+        self._falls: dict[int, str] = {}
         self._ending: tuple[str, str, int, int | None] | None = None  # end, reason, steps, who fell
         self._stopped = False
         self._wall_s = self._simulation_s = 0.0
@@ -189,7 +191,7 @@ class Tracker:
             end=self.end,
         )
 
-    def extend(self, *motions: Motion | Source | None) -> None:
+    def extend(self, *motions: Motion | Source | None, since_s: float | None = None, anew: bool = False) -> None:
         """Go on with motions, where the reference of each body ends, or from now on where it has ended already.
 
         A motion is not moved: it has to begin within `reference_line.GAP_M` of where the reference is, and what is left
@@ -198,11 +200,17 @@ class Tracker:
         Args:
             motions: one for each body; None for a body that gets none. Or one function that gives them whenever less
                 than a second is left: it takes the state, and returns a motion, one for each body, or None.
+            since_s: time of the motions' first poses, now or later [s]: what was given from then on is forgotten. None:
+                they follow what was given.
+            anew: the bodies have lost their references: the motions may begin anywhere, now or at `since_s`.
 
         Raises:
             MotionError: a motion of another body, of one frame, or one that begins too far away.
-            SettingError: not one for each body.
+            SettingError: not one for each body, or a time that is past.
         """
+        since = self._step if since_s is None else round(since_s / self._timestep)
+        if since < self._step:
+            raise SettingError(f"motions since {since_s:g} s; valid: now, {self._step * self._timestep:g} s, or later")
         if len(motions) == 1 and callable(motions[0]) and not isinstance(motions[0], Motion):
             self._source = motions[0]
             return
@@ -213,8 +221,23 @@ class Tracker:
                 raise SettingError(f"{motion!r} is no motion")
         for line, motion in zip(self._lines, motions):
             if isinstance(motion, Motion):
-                line.extend(motion, self._step)
+                if anew and line.last >= 0:
+                    line.begin_anew(motion, since)
+                else:
+                    if since_s is not None:
+                        line.forget(since)
+                    line.extend(motion, since)
                 self._stale = True
+
+    def fall_reasons(self) -> dict[int, str]:
+        """Who is down, and the rule by which, in words."""
+        return dict(self._falls)
+
+    def contacts(self, since_s: float = 0.0) -> tuple[BodyContact, ...]:
+        """Contacts between the bodies so far, of touches from a time on [s]; none where nothing is recorded."""
+        first = round(since_s / self._timestep)
+        touches = self._between.touches
+        return merge_touches(touches[bisect_left(touches, first, key=lambda one: one.step) :], self._timestep)
 
     def step(self) -> None:
         """Simulate one step.
@@ -230,8 +253,11 @@ class Tracker:
             self._advance()
         self._wall_s += perf_counter() - begin
 
-    def run(self) -> Run:
+    def run(self, whole: bool = False) -> Run:
         """What has been simulated, up to the first fall.
+
+        Args:
+            whole: what came after the first fall too; such a run is `done`, unless it diverged.
 
         Raises:
             SettingError: nothing yet, or a tracker that does not record.
@@ -240,7 +266,8 @@ class Tracker:
             raise SettingError("this tracker keeps no record; valid: Tracker(records=True)")
         if self._brain is None or not (self._step or self._ending):
             raise SettingError("nothing was simulated yet; give a motion and step")
-        end, reason, taken, fallen = self._ending or (DONE, "as far as it was simulated", self._step, None)
+        so_far = (DONE, "as far as it was simulated", self._step, None)
+        end, reason, taken, fallen = so_far if whole and self.end != DIVERGED else self._ending or so_far
         bodies, poses = [], []
         for number, (reference, recorder) in enumerate(zip(self._references, self._recorders)):
             motion, qvel = self._past[number].joined(reference, self._first)
@@ -351,7 +378,8 @@ class Tracker:
             for recorder, reference in zip(self._recorders, self._references)
         ]
         self._step = step + 1
-        self._fallen = tuple(number for number, words in enumerate(falls) if words)
+        self._falls = {number: words for number, words in enumerate(falls) if words}
+        self._fallen = tuple(self._falls)
         if self._fallen and self._ending is None:
             self._ending = FELL, falls[self._fallen[0]], self._step, self._fallen[0]
             self._stopped = not self._stands

@@ -20,9 +20,13 @@ from simprep.physics.store import read_run
 
 KEYS = [
     "fps_kinematic", "s_per_s", "falls_per_min", "mpjpe_mm", "penetration_mm", "foot_slip_ratio", "facing_error_deg",
-    "answered_share", "hits", "js", "assist_n",
+    "answered_share", "hits", "js", "assist_n", "falls_unprovoked_per_min", "knock_downs_per_min", "strike_miss_mm",
+    "reacted_share", "pair_yardsticks", "facing_head_deg",
 ]  # fmt: skip
-PHYSICS = ("s_per_s", "falls_per_min", "mpjpe_mm", "foot_slip_ratio", "assist_n")
+PHYSICS = (
+    "s_per_s", "falls_per_min", "mpjpe_mm", "foot_slip_ratio", "assist_n", "falls_unprovoked_per_min",
+    "knock_downs_per_min",
+)  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -80,10 +84,15 @@ def test_a_fight_without_physics_has_all_keys_and_files(model, tmp_path, capsys)
         np.testing.assert_array_equal(one.qpos, two.qpos)
 
 
-def test_a_simulated_fight_writes_its_run_and_contacts(model, tmp_path, capsys):
-    code, out, err = run(capsys, "--model", model, "--seconds", 0.6, "--no-pictures", "-o", tmp_path, "--json")
+@pytest.mark.parametrize("more", [(), ("--no-feedback",)])
+def test_a_simulated_fight_writes_its_run_and_contacts(model, tmp_path, capsys, more):
+    code, out, err = run(
+        capsys, "--model", model, "--seconds", 0.6, "--preset", "live", "--no-pictures", "-o", tmp_path, "--json", *more
+    )
     assert code == 0, err
     found = json.loads(out)
+    assert list(found) == KEYS
+    assert found["pair_yardsticks"] is None
     assert found["assist_n"] == 0.0
     assert all(found[key] is not None and math.isfinite(found[key]) for key in PHYSICS if key != "foot_slip_ratio")
     written = {path.name for path in tmp_path.iterdir()}

@@ -137,7 +137,8 @@ class Avatar:
 
     def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
         """The next action (see `choice.Chooser`)."""
-        due = [one for one in self._waiting if one.request.time <= situation.time + NEAR]
+        known = situation.time if situation.known_s is None else situation.known_s
+        due = [one for one in self._waiting if one.request.time <= known + NEAR]
         for one in due:
             one.passed += 1
         acting = next((one for one in reversed(due) if one.request.action), None)

@@ -28,6 +28,8 @@ class Situation:
         example: index in B of the own action that ends; -1 where it is none of the model's.
         position: (2,) own root on the floor of the world [m]; None: unknown.
         heading: own heading in the world [rad]; None: unknown.
+        known_s: time until which it is known what a user asks for [s]; None: `time`. A fight that is simulated while it
+            is drawn looks ahead.
     """
 
     player: int
@@ -40,6 +42,7 @@ class Situation:
     example: int
     position: FloatArray | None = None
     heading: float | None = None
+    known_s: float | None = None
 
 
 @dataclass(frozen=True)
@@ -52,12 +55,14 @@ class Choice:
         goal: (2,) where the root should be `goal_s` after the action begins, on the floor of the world [m]; the
             placement drifts there instead of to the original one. None: no such wish.
         goal_s: see there [s].
+        note: as of `FightAction`.
     """
 
     example: int
     request: str = ""
     goal: FloatArray | None = None
     goal_s: float = 0.5
+    note: str = ""
 
 
 class Chooser(Protocol):

@@ -1,12 +1,13 @@
 """What one fighter has done so far in a fight: poses, contacts, and the actions performed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from simprep.arrays import BoolArray, FloatArray
 from simprep.duel.fight.fight import FightAction
+from simprep.duel.fight.floor_move import FloorMove, GradualMove
 from simprep.duel.model.action_features import ActionSummaries
 from simprep.motion.kinematics import Kinematics
 
@@ -17,7 +18,7 @@ class Performed:
 
     Attributes:
         action: which, and when.
-        index: of the example, appended recordings included.
+        index: of the example, appended recordings included; -1 for none.
         summary: means over its frames.
     """
 
@@ -36,9 +37,14 @@ class FighterTrack:
         self.lift = np.empty((0, 2))
         self.pose = np.empty((0, 0))
         self.done: list[Performed] = []
+        self.moves: list[GradualMove] = []
 
     def put(self, first: int, qpos: FloatArray, contacts: BoolArray, kinematics: Kinematics, pose: FloatArray) -> None:
         """Replace all frames from `first` on."""
+        self.moves = [
+            replace(one, until=first) if one.until is None and one.first + one.frames > first else one
+            for one in self.moves
+        ]
         lift = kinematics.foot_points[..., 2].min(axis=-1)
         parts: dict[str, Any] = {
             "qpos": qpos, "contacts": contacts, "com": kinematics.com[:, :2], "lift": lift, "pose": pose,
@@ -54,6 +60,29 @@ class FighterTrack:
                 old = grown
             old[first:size] = new
             setattr(self, name, old[:size])
+
+    def move(self, gradual: GradualMove) -> None:
+        """Move what is to come on the floor, little by little."""
+        self.moves.append(gradual)
+        part = slice(gradual.first, None)
+        share = gradual.share(np.arange(gradual.first, len(self.qpos)))
+        self.com[part] = gradual.move.points(self.com[part], share)
+        self.qpos[part] = gradual.move.poses(self.qpos[part], share)
+
+    def moving(self, frame: float) -> FloorMove | None:
+        """What is still to come of the moves made so far; None for nothing."""
+        left = [one.ahead(frame) for one in self.moves if one.first + one.frames > frame]
+        if not left:
+            return None
+        shift = np.sum([one.shift for one in left], axis=0)
+        return FloorMove(shift, sum(one.turn for one in left), left[-1].pivot)
+
+    def unmoved(self, frames: int) -> FloatArray:
+        """The first poses (F, nq) without any move: feet that stand rest in them."""
+        qpos = self.qpos[:frames]
+        for one in reversed(self.moves):
+            qpos = one.move.undone(qpos, one.share(np.arange(len(qpos))))
+        return qpos
 
     @property
     def current(self) -> Performed:

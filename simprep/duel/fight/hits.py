@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 
-from simprep.character import SIDES
-from simprep.duel.fight.fight import Fight
+from simprep.character import SIDES, Character
+from simprep.duel.fight.fight import Fight, FightAction
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, Label
 from simprep.physics.contacts import BodyContact
 
@@ -50,30 +50,38 @@ def judge(contacts: Sequence[BodyContact], fight: Fight) -> tuple[JudgedContact,
     it meets an arm; otherwise `unintended`. Where both attack, a hit counts before a block, then the attack that began
     first. (`simprep.metrics.interaction.overlap` counts the same of poses, where nothing stops a limb.)
     """
-    return tuple(_judged(contact, fight) for contact in contacts)
+    characters = [motion.character for motion in fight.stream.players]
+    return judge_actions(contacts, fight.actions, characters, fight.stream.fps)
 
 
-def _judged(contact: BodyContact, fight: Fight) -> JudgedContact:
+def judge_actions(
+    contacts: Sequence[BodyContact], actions: Sequence[FightAction], characters: Sequence[Character], fps: float
+) -> tuple[JudgedContact, ...]:
+    """As `judge`, by the actions alone: of a fight that goes on."""
+    return tuple(_judged(contact, actions, characters, fps) for contact in contacts)
+
+
+def _judged(
+    contact: BodyContact, actions: Sequence[FightAction], characters: Sequence[Character], fps: float
+) -> JudgedContact:
     claims = []
-    characters = (motion.character for motion in fight.stream.players)
     parts = [one.parts[one.segments.index(name)] for one, name in zip(characters, contact.parts, strict=True)]
     whole = {one.name: getattr(contact, one.name) for one in fields(BodyContact)}
     for player in (0, 1):
         aspect = striking_aspect(parts[player])
-        index = _attack(fight, player, aspect, contact.start_s) if aspect else NOBODY
+        index = _attack(actions, fps, player, aspect, contact.start_s) if aspect else NOBODY
         if index != NOBODY:
             blocked = parts[1 - player] in ARMS
-            claims.append((blocked, fight.actions[index].start, player, index))
+            claims.append((blocked, actions[index].start, player, index))
     if not claims:
         return JudgedContact(**whole)
     blocked, _, player, index = min(claims)
     return JudgedContact(**whole, verdict=BLOCKED if blocked else HIT, attacker=player, attack=index)
 
 
-def _attack(fight: Fight, player: int, aspect: str, time: float) -> int:
+def _attack(actions: Sequence[FightAction], fps: float, player: int, aspect: str, time: float) -> int:
     """Index of the player's attack in this aspect at this time; -1 for none."""
-    fps = fight.stream.fps
-    for index, action in enumerate(fight.actions):
+    for index, action in enumerate(actions):
         if action.player == player and action.start <= time * fps < action.end + GRACE_S * fps:
             label = Label.from_code(action.label)
             if getattr(label, aspect) in ATTACKING_QUALIFIERS[aspect]:

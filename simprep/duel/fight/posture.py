@@ -4,14 +4,15 @@ Every frame counts as prepared. Root and legs stay as they are, and with them fo
 brought back to where they were, as far as the arm reaches.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
 
-from simprep.arrays import FloatArray
+from simprep.arrays import FloatArray, IntArray
 from simprep.character import SIDES
-from simprep.duel.fight.fight import Fight
+from simprep.duel.fight.fight import Fight, FightAction
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, PUNCHES, Label
 from simprep.motion.curves import smooth_step
 from simprep.motion.kinematics import forward_kinematics
@@ -62,10 +63,14 @@ def optimise_fight_posture(
 
 def punching(fight: Fight, player: int) -> FloatArray:
     """How far each fist (T, 2) punches: 1 during the player's attacks with it, smoothly 0 before and after."""
-    frames = np.arange(len(fight.stream))
-    fade = max(1.0, FADE_S * fight.stream.fps)
+    return punching_at(np.arange(len(fight.stream)), fight.of(player), fight.stream.fps)
+
+
+def punching_at(frames: IntArray, actions: Sequence[FightAction], fps: float) -> FloatArray:
+    """As `punching`, at some frames, by the actions of one player."""
+    fade = max(1.0, FADE_S * fps)
     weight = np.zeros((len(frames), len(PUNCHES)))
-    for action in fight.of(player):
+    for action in actions:
         label = Label.from_code(action.label)
         for hand, aspect in enumerate(PUNCHES):
             if getattr(label, aspect) in ATTACKING_QUALIFIERS[aspect]:
@@ -73,6 +78,37 @@ def punching(fight: Fight, player: int) -> FloatArray:
                 ramp = np.clip(1 - outside / fade, 0, 1)
                 weight[:, hand] = np.maximum(weight[:, hand], smooth_step(ramp))
     return weight
+
+
+def posture_of_piece(motion: Motion, weight: FloatArray, before: int) -> FloatArray:
+    """Poses (F - before, nq) of a piece of a fight with its posture optimised.
+
+    Args:
+        motion: F frames, of which the first `before` only lead to the piece.
+        weight: (F, 2) how far each fist punches (`punching_at`).
+        before: number of frames that lead to it.
+    """
+    return _optimise(motion, weight, DEFAULT_SETTINGS)[0].qpos[before:]
+
+
+def posture_change(before: Motion, after: Motion, weight: FloatArray) -> PostureChange:
+    """What was changed in one fighter, of motions before and after and how far each fist (T, 2) punches."""
+    first, second = (forward_kinematics(one.qpos, one.character) for one in (before, after))
+    centre = support_centre(*support_points(first.foot_points, before.contacts))
+    supported = np.isfinite(centre[:, 0])
+    hands = [before.character.segment(f"{side}_hand") for side in SIDES]
+    moved = np.linalg.norm(second.xipos[:, hands] - first.xipos[:, hands], axis=-1)
+    lean = [np.linalg.norm((one.com[:, :2] - centre)[supported], axis=1) for one in (first, second)]
+    striking = moved[weight == 1]
+    legs = np.r_[0:7, 7 + before.character.lower_joints]
+    return PostureChange(
+        com_cos_before_mm=1e3 * _mean(lean[0]),
+        com_cos_after_mm=1e3 * _mean(lean[1]),
+        hand_mm=1e3 * float(moved.mean()),
+        striking_hand_mm=1e3 * _mean(striking),
+        striking_hand_max_mm=1e3 * float(striking.max()) if len(striking) else np.nan,
+        root_and_legs_rad=float(np.abs(after.qpos - before.qpos)[:, legs].max()),
+    )
 
 
 def _optimise(motion: Motion, weight: FloatArray, settings: PreparationSettings) -> tuple[Motion, PostureChange]:
@@ -83,22 +119,8 @@ def _optimise(motion: Motion, weight: FloatArray, settings: PreparationSettings)
     )
     hands = [motion.character.segment(f"{side}_hand") for side in SIDES]
     fists = before.xipos[:, hands]
-    qpos = _reach(motion, found.qpos, fists, weight)
-    after = forward_kinematics(qpos, motion.character)
-    moved = np.linalg.norm(after.xipos[:, hands] - fists, axis=-1)
-    supported = np.isfinite(centre[:, 0])
-    lean = [np.linalg.norm((one.com[:, :2] - centre)[supported], axis=1) for one in (before, after)]
-    striking = moved[weight == 1]
-    legs = np.r_[0:7, 7 + motion.character.lower_joints]
-    change = PostureChange(
-        com_cos_before_mm=1e3 * _mean(lean[0]),
-        com_cos_after_mm=1e3 * _mean(lean[1]),
-        hand_mm=1e3 * float(moved.mean()),
-        striking_hand_mm=1e3 * _mean(striking),
-        striking_hand_max_mm=1e3 * float(striking.max()) if len(striking) else np.nan,
-        root_and_legs_rad=float(np.abs(qpos - motion.qpos)[:, legs].max()),
-    )
-    return replace(motion, qpos=qpos), change
+    after = replace(motion, qpos=_reach(motion, found.qpos, fists, weight))
+    return after, posture_change(motion, after, weight)
 
 
 def _reach(motion: Motion, qpos: FloatArray, fists: FloatArray, weight: FloatArray) -> FloatArray:

@@ -13,19 +13,21 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from simprep.arrays import FloatArray
+from simprep.arrays import BoolArray, FloatArray
 from simprep.duel.fight.choice import Choice, Chooser, Situation
 from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.fight import NONE, Fight, FightAction
 from simprep.duel.fight.fighter_track import FighterTrack, Performed
+from simprep.duel.fight.floor_move import FloorMove, GradualMove
 from simprep.duel.fight.placement import Aim, place
 from simprep.duel.fight.stitch import Seam, StitchSettings, plant, stitch
+from simprep.duel.fight.strikes import Strike, bent, strike_of
 from simprep.duel.fight.time_warp import Warp, WarpSettings, fit_warp
 from simprep.duel.model.action_features import ActionSummaries, FloorFrame, action_parameters, floor_frame, summarise
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError, SettingError
 from simprep.motion.edit import yaw
-from simprep.motion.kinematics import Kinematics
+from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import multiply_quat
 from simprep.motion.turns import about_vertical, turned
@@ -42,11 +44,13 @@ class SynthesisSettings:
         stitch: of actions.
         warp: of time; None never warps.
         longest_drift_m: farthest drift towards a wished position within an action [m].
+        reach_m: how far an attacker is drawn at most to or from the opponent for a strike to meet its target [m]; 0: not.
     """
 
     stitch: StitchSettings = field(default_factory=StitchSettings)
     warp: WarpSettings | None = field(default_factory=WarpSettings)
     longest_drift_m: float = 0.6
+    reach_m: float = 0.0
 
 
 class Bout:
@@ -60,6 +64,10 @@ class Bout:
         start: frame of the recordings at which the fight begins, in the midst of actions; None draws one at which both
             stand in guard (`ExampleMotions.guard_frames`).
         settings: None for the defaults.
+
+    Attributes:
+        known_s: time of what a user has asked for so far [s]; None: every request counts from its time on.
+        astray: where each fighter's body is against what was drawn; None: there.
 
     Raises:
         MotionError: a start outside the recordings, or none in guard.
@@ -76,6 +84,9 @@ class Bout:
         self.examples, self.choosers, self.rng = examples, choosers, rng
         self.settings = settings or SynthesisSettings()
         self._tracks = (FighterTrack(), FighterTrack())
+        self._strikes: dict[int, Strike | None] = {}
+        self.known_s: float | None = None
+        self.astray: list[FloorMove | None] = [None, None]
         if start is None:
             frames = examples.guard_frames()
             if not len(frames):
@@ -145,6 +156,7 @@ class Bout:
             example=last.action.example,
             position=own.qpos[end, :2].copy(),
             heading=float(yaw(own.qpos[end, 3:7])),
+            known_s=self.known_s,
         )
 
     def step(self) -> FightAction:
@@ -183,6 +195,65 @@ class Bout:
         moment = last.action.moment if last.action.moment < frame else NONE
         action = replace(last.action, end=frame, moment=moment)
         track.done[-1] = Performed(action, last.index, self._summary(track, action))
+
+    def cut(self, player: int, frame: int) -> None:
+        """Forget what a fighter was going to do from a frame on, also actions that have been chosen but not begun.
+
+        Raises:
+            SettingError: a frame outside what was drawn, or among the first two.
+        """
+        track = self._tracks[player]
+        if not 2 <= frame <= track.current.action.end:
+            raise SettingError(f"fighter {player} cut at frame {frame}; valid: 2 to {track.current.action.end}")
+        while len(track.done) > 1 and track.current.action.start > frame - 2:
+            track.done.pop()
+        last = track.current
+        moment = last.action.moment if last.action.moment < frame else NONE
+        action = replace(last.action, end=frame, moment=moment)
+        track.done[-1] = Performed(action, last.index, self._summary(track, action))
+
+    def move(self, player: int, gradual: GradualMove) -> None:
+        """Move what a fighter is going to do on the floor, such as to where its body really is."""
+        track = self._tracks[player]
+        track.move(gradual)
+        for number, one in enumerate(track.done):
+            if one.action.end > gradual.first:
+                track.done[number] = replace(one, summary=self._summary(track, one.action))
+
+    def moving(self, player: int, frame: float) -> FloorMove | None:
+        """What is still to come at a frame of a fighter's moves; None for nothing."""
+        return self._tracks[player].moving(frame)
+
+    def unmoved(self, player: int, frames: int) -> FloatArray:
+        """A fighter's first poses (F, nq) as they would be without any `move`."""
+        return self._tracks[player].unmoved(frames)
+
+    def fill(self, player: int, qpos: FloatArray, contacts: BoolArray, note: str) -> None:
+        """Let a fighter do something that was not chosen, where its last action ends, such as lie or wait.
+
+        Args:
+            player: 0 or 1.
+            qpos: (F + 2, nq) poses, of which the last two belong to what follows.
+            contacts: (F + 2, 2) feet that stand.
+            note: what it is (`FightAction`).
+        """
+        track, begin = self._tracks[player], self.ends[player]
+        kinematics = forward_kinematics(qpos, self.examples.bodies[player])
+        track.put(begin, qpos, contacts, kinematics, self._reduced(qpos, kinematics))
+        # in the eyes of the model both stand in guard, as they did when the fight began
+        action = FightAction(player, begin, begin + len(qpos) - CONTEXT, track.done[0].action.label, note=note)
+        track.done.append(Performed(action, NONE, self._summary(track, action)))
+
+    def drawn(self, player: int, first: int) -> tuple[FloatArray, BoolArray]:
+        """Poses (F, nq) and standing feet (F, 2) from a frame to the end of what was drawn, two frames of what follows included."""
+        track = self._tracks[player]
+        after = track.current.action.end + CONTEXT
+        return track.qpos[first:after].copy(), track.contacts[first:after].copy()
+
+    @property
+    def actions(self) -> tuple[FightAction, ...]:
+        """Everything drawn so far, fighter by fighter."""
+        return tuple(one.action for track in self._tracks for one in track.done)
 
     def run(self, frames: int) -> None:
         """Step until both fighters have at least so many frames."""
@@ -253,6 +324,18 @@ class Bout:
             source[:, :2], heading, example_frame, situation.position, situation.heading, situation.frame, length,
             aim, settings.longest_drift_m,
         )  # fmt: skip
+        strike = self._strike(index) if settings.reach_m and aim is None else None
+        if strike is not None:
+            when = min(int(np.argmin(np.abs(times[:length] - strike.frame))), length - 1)
+            other = self._tracks[1 - player]
+            there = other.qpos[min(begin + when, len(other.qpos) - 1)]
+            off = self.astray[1 - player]
+            there = there if off is None else off.poses(there[None], np.ones(1))[0]
+            aim = bent(strike, placement, when, there, examples.bodies[1 - player], settings.reach_m)
+            placement = place(
+                source[:, :2], heading, example_frame, situation.position, situation.heading, situation.frame, length,
+                aim, settings.longest_drift_m,
+            )  # fmt: skip
         target = source.copy()
         target[:, :2] = placement.position
         target[:, 3:7] = multiply_quat(about_vertical(placement.turn), source[:, 3:7])
@@ -280,6 +363,7 @@ class Bout:
             self._known(index),
             begin + min(round(own_moment + warp.wanted - warp.moment), length - 1),
             choice.request,
+            choice.note,
         )
         track.done.append(Performed(action, index, self._summary(track, action)))
 
@@ -289,9 +373,15 @@ class Bout:
         ahead = other.action.moment - begin
         if self.settings.warp is None or ahead < 1:
             return Warp()
-        if not (self.examples.attacks[index] or self.examples.attacks[other.index]):
+        attacked = other.index != NONE and self.examples.attacks[other.index]
+        if not (self.examples.attacks[index] or attacked):
             return Warp()
         return fit_warp(own_moment, ahead, self.settings.warp) or Warp()
+
+    def _strike(self, index: int) -> Strike | None:
+        if index not in self._strikes:
+            self._strikes[index] = strike_of(self.examples, index)
+        return self._strikes[index]
 
     def _known(self, index: int) -> int:
         return index if index < self.examples.known else NONE

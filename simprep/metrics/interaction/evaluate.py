@@ -6,14 +6,16 @@ from typing import Any
 
 import numpy as np
 
+from simprep.duel.fight.falls import Fall, blows
 from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.hits import JudgedContact, judge
-from simprep.duel.fight.posture import PostureChange, optimise_fight_posture
+from simprep.duel.fight.live import LiveFight
+from simprep.duel.fight.posture import PostureChange, optimise_fight_posture, posture_change, punching
 from simprep.duel.model.fight_model import FightModel
 from simprep.duel.stream.stream import DuelStream
 from simprep.metrics.interaction.distributions import Distributions, distributions
-from simprep.metrics.interaction.run import RunMetrics, run_metrics, simulated_stream
-from simprep.metrics.interaction.stream import InteractionMetrics, interaction_metrics
+from simprep.metrics.interaction.run import RunMetrics, falls_of_run, run_metrics, simulated_stream
+from simprep.metrics.interaction.stream import InteractionMetrics, interaction_metrics, plain
 from simprep.physics.mpc import MpcSettings
 from simprep.physics.run import Run
 from simprep.physics.settings import SimulationSettings
@@ -35,6 +37,7 @@ class FightResults:
         run: the simulation.
         contacts: between the fighters in it, judged.
         simulated: its metrics.
+        falls: in it.
     """
 
     fight: Fight
@@ -45,16 +48,20 @@ class FightResults:
     run: Run | None = None
     contacts: tuple[JudgedContact, ...] = ()
     simulated: RunMetrics | None = None
+    falls: tuple[Fall, ...] = ()
 
     def headline(self) -> dict[str, Any]:
         """The numbers of `simprep fight --json`; None where one does not exist.
 
-        Facing, answers and distances to the recorded stream are those of the fight as synthesised. Hits are those of
-        the simulation, where there is one. Penetration of the poses is over the whole fight.
+        Facing, answers and distances to the recorded stream are those of the fight as synthesised. Hits and how far
+        strikes miss are those of the simulation, where there is one. Penetration of the poses is over the whole fight.
+        `pair_yardsticks` needs the yardstick, which the package does not have: `scripts/bench.py` and
+        `scripts/fight_physics_study.py` measure it.
         """
         kinematic, run = self.kinematic, self.simulated
         simulated = None if run is None else run.simulated
         hits = kinematic.hits if simulated is None else simulated.hits
+        miss = (simulated or kinematic).strike_miss_mm
         return {
             "fps_kinematic": self.fps_kinematic,
             "s_per_s": None if run is None else run.s_per_s,
@@ -71,6 +78,12 @@ class FightResults:
             "hits": {"intended": hits.intended, "unintended": hits.unintended},
             "js": {name: kinematic.js.get(name) for name in ("bigram", "distance", "facing")},
             "assist_n": None if run is None else run.assist_n,
+            "falls_unprovoked_per_min": None if run is None else run.falls_unprovoked_per_min,
+            "knock_downs_per_min": None if run is None else run.knock_downs_per_min,
+            "strike_miss_mm": miss and miss.median,
+            "reacted_share": None if run is None else plain(run.reacted_share),
+            "pair_yardsticks": None,
+            "facing_head_deg": kinematic.head_facing_error_deg.median,
         }
 
     @property
@@ -120,7 +133,37 @@ def evaluate_fight(
     run = simulate(tracked.stream.players, "mpc", seed, settings, progress)
     contacts = judge(run.contacts, tracked)
     simulated = run_metrics(run, tracked, recorded)
-    return replace(made, tracked=tracked, posture=posture, run=run, contacts=contacts, simulated=simulated)
+    falls = falls_of_run(run, blows(contacts))
+    return replace(made, tracked=tracked, posture=posture, run=run, contacts=contacts, simulated=simulated, falls=falls)
+
+
+def evaluate_live(live: LiveFight, recorded: Distributions | None = None) -> FightResults:
+    """Measure a fight that was simulated while it was drawn.
+
+    Args:
+        live: as far as it went.
+        recorded: what to compare it with (`recorded_distributions`).
+    """
+    found = live.result()
+    fight, tracked = found.fight, found.tracked
+    posture = None
+    if live.optimised:
+        first, second = (
+            posture_change(fight.stream.players[player], tracked.stream.players[player], punching(fight, player))
+            for player in (0, 1)
+        )
+        posture = first, second
+    return FightResults(
+        fight,
+        interaction_metrics(fight.stream, fight.table, fight.codes, recorded),
+        len(fight.stream) / live.drawing_s if live.drawing_s else None,
+        tracked,
+        posture,
+        found.run,
+        judge(found.run.contacts, tracked),
+        run_metrics(found.run, tracked, recorded, found.falls, live.wall_s, found.resting),
+        found.falls,
+    )
 
 
 def fight_content(results: FightResults) -> dict[str, Any]:
@@ -136,5 +179,6 @@ def fight_content(results: FightResults) -> dict[str, Any]:
         "actions": len(fight.actions),
         "kinematic": results.kinematic.as_dict(),
         "posture": None if results.posture is None else [asdict(one) for one in results.posture],
+        "falls": [{**asdict(one), "knock_down": one.knock_down} for one in results.falls],
         "simulation": None if results.simulated is None else results.simulated.as_dict(),
     }

@@ -16,6 +16,7 @@ from simprep.metrics.interaction.distributions import Distributions, distributio
 from simprep.metrics.interaction.overlap import Hits, count_hits, overlaps
 from simprep.metrics.interaction.reactions import Reactions, check_table, reactions
 from simprep.metrics.interaction.stability import Stability, stability
+from simprep.metrics.interaction.strikes import strike_misses
 from simprep.metrics.tracking import position_errors
 from simprep.motion.edit import cut, yaw
 from simprep.motion.kinematics import forward_kinematics
@@ -98,6 +99,7 @@ class InteractionMetrics:
         distance_m: of the roots, horizontal [m].
         reactions: attacks per minute and how many are answered.
         hits: attacks that land.
+        strike_miss_mm: by how much attacks miss that are not blocked (`strikes.strike_misses`) [mm]; None without any.
         stability: tilt of pelvis and trunk.
         g_mpjpe_mm: mean distance of the segments from a reference [mm]; NaN without one.
         mpjpe_mm: the same after subtracting each root's position [mm].
@@ -113,6 +115,7 @@ class InteractionMetrics:
     distance_m: Percentiles
     reactions: Reactions
     hits: Hits
+    strike_miss_mm: Percentiles | None
     stability: Stability
     g_mpjpe_mm: float
     mpjpe_mm: float
@@ -149,7 +152,7 @@ def interaction_metrics(
     inside = overlaps(stream)
     floor = np.max([floor_penetration(motion) for motion in stream.players], axis=0)
     errors = _errors(stream, reference, [one.xpos for one in bodies])
-    facing = facing_error(stream)
+    facing, misses = facing_error(stream), strike_misses(stream, table, codes)
     characters = [motion.character for motion in stream.players]
     pelvis, head = (
         np.stack([yaw(one.xquat[:, own.segment(role)]) for one, own in zip(bodies, characters)], axis=1)
@@ -165,6 +168,7 @@ def interaction_metrics(
         distance_m=percentiles(root_distance(stream)),
         reactions=reactions(table, codes, stream.bounds, stream.fps),
         hits=count_hits(inside, stream, table, codes),
+        strike_miss_mm=percentiles(1e3 * misses) if len(misses) else None,
         stability=stability([one.xquat for one in bodies], characters, stream.bounds, stream.fps),
         g_mpjpe_mm=errors.get("g_mpjpe_mm", math.nan),
         mpjpe_mm=errors.get("mpjpe_mm", math.nan),

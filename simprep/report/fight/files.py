@@ -14,7 +14,7 @@ from simprep.files import atomic_path
 from simprep.metrics.interaction.evaluate import FightResults
 from simprep.physics.store import RUN_FILE, save_run
 
-ACTIONS = ("player", "start_s", "end_s", "moment_s", *ASPECTS, "example", "request")
+ACTIONS = ("player", "start_s", "end_s", "moment_s", *ASPECTS, "example", "request", "note")
 CONTACTS = (
     "start_s", "duration_s", "part_a", "part_b", "impulse_ns", "impulse_x_ns", "impulse_y_ns", "impulse_z_ns",
     "peak_force_n", "closing_speed_m_s", "depth_mm", "x_m", "y_m", "z_m", "verdict", "attacker",
@@ -60,6 +60,7 @@ def save_actions(fight: Fight, path: str | Path) -> Path:
                 **{aspect: getattr(label, aspect) for aspect in ASPECTS},
                 "example": "" if one.example < 0 else one.example,
                 "request": one.request,
+                "note": one.note,
             }
         )
     return _save_csv(Path(path), rows, ACTIONS)

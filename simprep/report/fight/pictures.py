@@ -38,8 +38,7 @@ def draw_fight(
     if results.fight.stream.duration > TIMELINE_S:
         say(f"no time line: the fight is longer than {TIMELINE_S:g} s")
         return files
-    run = results.run
-    falls = [] if run is None or run.fallen is None else [(run.end_s, run.fallen)]
+    falls = [(one.time_s, one.player) for one in results.falls]
     with pictures_or_warning("no time line", say):
         files.append(fight_timeline(results.fight, folder / "timeline.png", results.contacts, falls))
     return files
