@@ -24,6 +24,8 @@ PLANT_TERMS = ("1", "v", "lever", "lever*load", "lever*rise", "lever^3", "spin")
 PLANT_UNITS = ("m/s^2", "1/s", "1/s^2", "1/s^2", "1/s^2", "1/(m^2 s^2)", "1")
 LOOP_TERMS = ("1", "error", "error_rate", "other_error", "other_error_rate")
 LOOP_UNITS = ("m/s^2", "1/s^2", "1/s", "1/s^2", "1/s")
+LOOP_WINDOW_S = 0.5
+"""Width of the closed loop's windows: an answer to a push lasts a second, and the sampling of `mpc` is noise about it."""
 _RATE_HZ = 120.0
 
 
@@ -147,7 +149,14 @@ def fit_com_laws(runs: Sequence[ComSignals], generator: np.random.Generator, res
         for axis in (0, 1)
     ]
     loop = [
-        fit_sparse_law([_loop(run, axis) for run in runs], LOOP_TERMS, LOOP_UNITS, generator, resamples=resamples)
+        fit_sparse_law(
+            [_loop(run, axis) for run in runs],
+            LOOP_TERMS,
+            LOOP_UNITS,
+            generator,
+            window_s=LOOP_WINDOW_S,
+            resamples=resamples,
+        )
         for axis in (0, 1)
     ]
     return ComLaws((plant[0], plant[1]), (loop[0], loop[1]), expected)

@@ -38,8 +38,8 @@ class ExcitationSettings:
     runs: int = 6
     every_s: float = 0.8
     duration_s: float = 0.1
-    least_n: float = 40.0
-    largest_n: float = 160.0
+    least_n: float = 30.0
+    largest_n: float = 100.0
     segment: str = "pelvis"
 
     def __post_init__(self) -> None:
@@ -103,7 +103,8 @@ def predicted_pushes(motion: Motion, laws: ComLaws, signals: Sequence[ComSignals
     """For each direction of the settings the largest push predicted [N], None where a law is not good enough.
 
     `capture_n`: by the plant, the best that feet in their place can do; `steps_n`: with steps; `closed_loop_n`: by the closed
-    loop, which shows what the controller does with feet in their place (standing only: its pressure at rest is the runs' mean).
+    loop, which shows what the controller does with feet in their place (standing only: its pressure at rest is the runs' mean). A push
+    along one axis needs the loop of that axis only, which is then taken as not coupled to the other.
     `pendulum_n`, `pendulum_steps_n`: as the first two, by g / height in place of the identified law.
     """
     mass = float(motion.character.model.body_mass.sum())
@@ -122,7 +123,7 @@ def predicted_pushes(motion: Motion, laws: ComLaws, signals: Sequence[ComSignals
     xcom = extrapolated_com(com[None], velocity[None])[0] @ turn
     rest = np.mean([one.pressure.mean(axis=0) - one.com.mean(axis=0) for one in signals], axis=0) + com[:2] @ turn
     omega = [law.of("lever") if law.reported and law.of("lever") > 0 else None for law in laws.plant]
-    standing = float(np.linalg.norm(velocity[:2])) < 0.05 and all(law.reported for law in laws.loop)
+    standing = float(np.linalg.norm(velocity[:2])) < 0.05 and len(polygon) > 2 and _inside(polygon, rest)
     rows: list[Any] = []
     for degrees in push.directions_deg:
         direction = np.array([np.cos(np.radians(degrees)), np.sin(np.radians(degrees))])
@@ -136,8 +137,8 @@ def predicted_pushes(motion: Motion, laws: ComLaws, signals: Sequence[ComSignals
             if value is not None and len(polygon):
                 row[name] = capture_push(polygon, xcom, direction, value, mass, push.duration_s, steps)
         row["closed_loop_n"] = None
-        if standing and omega[0] and omega[1] and len(polygon) > 2 and _inside(polygon, rest):
-            matrix = loop_matrix(laws.loop[0].coefficients, laws.loop[1].coefficients)
+        matrix = _loop_along(laws, direction)
+        if standing and omega[0] and omega[1] and matrix is not None:
             row["closed_loop_n"] = closed_loop_push(
                 matrix, polygon - rest, direction, (omega[0], omega[1]), mass, push.duration_s
             )
@@ -184,6 +185,18 @@ def _along(omega_squared: Sequence[float | None], direction: FloatArray) -> floa
                 return None
             total += weight * value
     return total
+
+
+def _loop_along(laws: ComLaws, direction: FloatArray) -> FloatArray | None:
+    """Closed loop (4, 4) for pushes in a direction; None where an axis that it needs is not known well enough."""
+    known = [law.reported for law in laws.loop]
+    if all(known):
+        return loop_matrix(laws.loop[0].coefficients, laws.loop[1].coefficients)
+    axis = int(np.argmax(np.abs(direction)))
+    if not known[axis] or abs(direction[1 - axis]) > 1e-9:
+        return None
+    alone = laws.loop[axis].coefficients * np.array([1.0, 1.0, 1.0, 0.0, 0.0])
+    return loop_matrix(alone, alone)
 
 
 def _inside(polygon: FloatArray, point: FloatArray) -> bool:
