@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import bootstrap, pearsonr, spearmanr
+from scipy.stats import pearsonr, spearmanr
 
 from measuring.save import save_study
 from simprep.library import library_motion
@@ -108,28 +108,37 @@ def study(options: argparse.Namespace) -> list[dict[str, Any]]:
 
 
 def agreement(rows: list[dict[str, Any]], prediction: str) -> dict[str, Any]:
-    """How well one prediction agrees with what was measured, over the pairs that have both and were not at the limit of the search."""
-    pairs = [
-        (row[prediction], row["measured_n"]) for row in rows if row[prediction] is not None and not any(row["fell_unpushed"])
-    ]  # fmt: skip
-    result: dict[str, Any] = {
-        "n": len(pairs),
-        "n_motions": len({row["motion"] for row in rows if row[prediction] is not None}),
-    }
-    if len(pairs) < 3:
+    """How well one prediction agrees with what was measured, over the pairs that have both, of motions that stay up unpushed."""
+    used = [row for row in rows if row[prediction] is not None and not any(row["fell_unpushed"])]
+    names = sorted({row["motion"] for row in used})
+    result: dict[str, Any] = {"n": len(used), "n_motions": len(names)}
+    if len(used) < 3:
         return result
-    x, y = np.array(pairs).T
+    x, y = np.array([(row[prediction], row["measured_n"]) for row in used]).T
     if np.ptp(x) < 1e-9 or np.ptp(y) < 1e-9:
         return result
-    interval = bootstrap((x, y), lambda a, b: pearsonr(a, b)[0], paired=True, method="percentile", rng=np.random.default_rng(0)) if len(x) > 5 else None  # fmt: skip
+    low, high = interval_of_r(x, y, np.array([names.index(row["motion"]) for row in used]))
     return result | {
         "r": float(pearsonr(x, y)[0]),
-        "r_low": None if interval is None else float(interval.confidence_interval.low),
-        "r_high": None if interval is None else float(interval.confidence_interval.high),
+        "r_low": low,
+        "r_high": high,
         "rho": float(spearmanr(x, y)[0]),
         "median_measured_over_predicted": float(np.median(y / np.maximum(x, 1e-9))),
         "median_error_n": float(np.median(np.abs(y - x))),
     }
+
+
+def interval_of_r(x: np.ndarray, y: np.ndarray, cluster: np.ndarray) -> tuple[float | None, float | None]:
+    """95 % percentile interval of Pearson's r: motions are drawn, as the directions of one motion are not independent."""
+    count, generator, found = int(cluster.max()) + 1, np.random.default_rng(0), []
+    if count < 5:
+        return None, None
+    for _ in range(2000):
+        rows = np.concatenate([np.flatnonzero(cluster == one) for one in generator.integers(0, count, count)])
+        if np.ptp(x[rows]) > 0 and np.ptp(y[rows]) > 0:
+            found.append(np.corrcoef(x[rows], y[rows])[0, 1])
+    low, high = np.percentile(found, [2.5, 97.5])
+    return float(low), float(high)
 
 
 def arms(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
