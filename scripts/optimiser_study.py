@@ -35,7 +35,7 @@ STEPS = (0, 1, 2, 3, 5, 10, 20, 40)
 WEIGHTS = (0.5, 1.0, 2.0, 4.0, 8.0)
 THRESHOLDS = (0.0, 0.15, 0.3, 0.5, 0.7)
 MEASURES = {
-    "cost": "the paper's cost C, as share of the blended posture's",
+    "cost": "cost C with the optimiser's own goal, as share of the blended posture's: not comparable between goals",
     "com_cos_mm": "COM to the centre of support [mm]",
     "xcom_mm": "XcoM to the coming support [mm]",
     "margin_of_stability_mm": "margin of stability [mm]",
@@ -148,7 +148,7 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
 
     figure = Figure(figsize=(13, 8), layout="constrained")
     panels = (
-        ("steps", "cost", "paper's cost, share"), ("steps", "xcom_mm", "XcoM to coming support [mm]"),
+        ("steps", "cost", "cost C with its own goal, share"), ("steps", "xcom_mm", "XcoM to coming support [mm]"),
         ("steps", "cpu_ms_per_frame", "computing time [ms a frame]"), ("balance_weight", "com_cos_mm", "COM to centre of support [mm]"),
         ("balance_weight", "style_mm", "change of posture [mm]"), ("threshold", "com_cos_mm", "COM to centre of support [mm], level rising"),
     )  # fmt: skip
@@ -161,6 +161,7 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
         axes.set(xlabel=varied, ylabel=label)
         if varied == "steps":
             axes.set_xscale("symlog", linthresh=1)
+            axes.set_xlim(-0.1, None)
         axes.legend(fontsize=7)
     with atomic_path(path) as temporary:
         figure.savefig(temporary, format="png", dpi=120)

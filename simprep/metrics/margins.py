@@ -11,6 +11,7 @@ import numpy as np
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import SIDES
 from simprep.metrics.balance import Balance, mean
+from simprep.metrics.smoothing import ANALYSIS_HZ
 from simprep.motion.contacts import ContactSettings, stances, without_brief
 from simprep.motion.edit import sample
 from simprep.motion.motion import Motion
@@ -82,7 +83,7 @@ def step_margins(motion: Motion, series: Balance) -> Margins:
         series: its `balance`.
     """
     heading, _ = split_heading(sample(motion, series.time)[:, 3:7])
-    axis = heading_trend(np.unwrap(heading), 1 / _spacing(series.time))
+    axis = heading_trend(np.unwrap(heading), ANALYSIS_HZ)
     forward = np.stack([np.cos(axis), np.sin(axis)], axis=1)
     left = np.stack([-forward[:, 1], forward[:, 0]], axis=1)
     points = series.foot_points.reshape(len(series.time), 2, -1, 2) - series.xcom[:, None, None]  # (n, 2, N, 2)
@@ -168,7 +169,3 @@ def definitions(motion: Motion) -> dict[str, str]:
         "axes": "pelvis heading, averaged over 1.2 s; not the direction of travel",
         "filter": "velocity: Gaussian of 20 ms; positions as they are",
     }
-
-
-def _spacing(time: FloatArray) -> float:
-    return float(time[1] - time[0])
