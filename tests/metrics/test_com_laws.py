@@ -51,7 +51,7 @@ def test_the_weak_form_of_a_known_function():
 
 @pytest.fixture(scope="module")
 def noisy_laws():
-    return fit_com_laws(pendulum_runs(0.01), np.random.default_rng(0), resamples=40)
+    return fit_com_laws(pendulum_runs(0.01), np.random.default_rng(0), resamples=20)
 
 
 def test_omega_squared_within_one_per_cent_at_one_per_cent_noise(noisy_laws):
