@@ -193,7 +193,7 @@ def markdown(rows: list[dict[str, Any]], content: dict[str, Any]) -> str:
                     lines.append(f"| {name} | {kind}, {axis} | {term['term']} | {value} | {term['unit']} |")
     lines += ["", "## Eigenvalues of the closed loop [1/s], with 95 % intervals", "", "| motion | real | imaginary |", "| --- | --- | --- |"]  # fmt: skip
     for name, law in laws.items():
-        for value in law["eigenvalues_per_s"] or ():
+        for value in law["eigenvalues_per_s"]:
             if value["imaginary"] >= -1e-9:
                 real, imaginary = (
                     f"{value[part]:.2f} ({value[f'{part}_interval'][0]:.2f} to {value[f'{part}_interval'][1]:.2f})" for part in ("real", "imaginary")

@@ -183,25 +183,31 @@ class Eigenvalue:
 
 
 def loop_eigenvalues(laws: ComLaws) -> tuple[Eigenvalue, ...]:
-    """The four eigenvalues of the closed loop, least damped first; negative real parts die away. One of a pair has a negative imaginary part."""
-    middle = _eigenvalues(laws.loop[0].coefficients, laws.loop[1].coefficients)
-    drawn = np.array([_eigenvalues(*pair) for pair in zip(laws.loop[0].ensemble, laws.loop[1].ensemble)])
+    """Eigenvalues of the closed loop, least damped first: four, of both axes coupled; two of the one axis that is reported; or none.
+
+    Negative real parts die away. One of a pair has a negative imaginary part.
+    """
+    axes = [axis for axis, law in enumerate(laws.loop) if law.reported]
+    if not axes:
+        return ()
+    middle = _eigenvalues([laws.loop[axis].coefficients for axis in axes])
+    drawn = np.array([_eigenvalues(list(some)) for some in zip(*(laws.loop[axis].ensemble for axis in axes))])
     result = []
     for k, value in enumerate(middle):
-        real, imaginary = (np.percentile(part[:, k], [2.5, 97.5]) for part in (drawn.real, drawn.imag))
+        real, imaginary = (np.percentile(part[:, k], [2.5, 97.5]).tolist() for part in (drawn.real, drawn.imag))
         result.append(
-            Eigenvalue(
-                float(value.real),
-                float(value.imag),
-                (float(real[0]), float(real[1])),
-                (float(imaginary[0]), float(imaginary[1])),
-            )
+            Eigenvalue(float(value.real), float(value.imag), (real[0], real[1]), (imaginary[0], imaginary[1]))
         )
     return tuple(result)
 
 
-def _eigenvalues(forward: FloatArray, left: FloatArray) -> np.ndarray:
-    values = np.linalg.eigvals(loop_matrix(forward, left))
+def _eigenvalues(coefficients: Sequence[FloatArray]) -> np.ndarray:
+    if len(coefficients) == 2:
+        matrix = loop_matrix(coefficients[0], coefficients[1])
+    else:
+        _, stiffness, damping, *_ = coefficients[0]
+        matrix = np.array([[0.0, 1.0], [stiffness, damping]])
+    values = np.linalg.eigvals(matrix)
     return values[np.lexsort((values.imag, -np.round(values.real, 9)))]
 
 

@@ -148,12 +148,11 @@ def predicted_pushes(motion: Motion, laws: ComLaws, signals: Sequence[ComSignals
 
 def laws_record(laws: ComLaws) -> dict[str, Any]:
     """The laws in JSON's types; of a law that is not good enough, R^2 alone."""
-    loops = all(law.reported for law in laws.loop)
     return {
         "expected_per_s2": laws.expected_per_s2,
         "plant": {axis: _law_record(law) for axis, law in zip(AXES, laws.plant)},
         "loop": {axis: _law_record(law) for axis, law in zip(AXES, laws.loop)},
-        "eigenvalues_per_s": [asdict(value) for value in loop_eigenvalues(laws)] if loops else None,
+        "eigenvalues_per_s": [asdict(value) for value in loop_eigenvalues(laws)],
     }
 
 
