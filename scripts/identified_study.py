@@ -26,6 +26,7 @@ from simprep.motion.motion import Motion
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
 from simprep.preparation.prepare import prepare
+from simprep.preparation.settings import PreparationSettings
 from simprep.report.results import jsonable, provenance, save_json
 from simprep.study.identified import ExcitationSettings, identify, laws_record, predicted_pushes, pushed_runs
 from simprep.study.push_limits import PushSettings, push_limits
@@ -48,7 +49,14 @@ def motions(names: list[str], arms: list[str]) -> Iterator[tuple[str, Motion]]:
             yield name, cut(motion, 0, min(frames, len(motion)))
             continue
         for arm in arms:
-            made = prepare(walk, library_motion(target), float(level), duration=DURATION_S, optimise=arm == "optimised")
+            made = prepare(
+                walk,
+                library_motion(target),
+                float(level),
+                settings=PreparationSettings(optimiser="dynamic" if arm == "dynamic" else "paper"),
+                duration=DURATION_S,
+                optimise=arm != "blended",
+            )
             yield f"{target}_a{round(100 * float(level)):03d}_{arm}", made.motion
 
 
@@ -237,7 +245,9 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--motions", nargs="+", default=list(MOTIONS))
-    parser.add_argument("--arms", nargs="+", default=["blended", "optimised"], choices=("blended", "optimised"))
+    parser.add_argument(
+        "--arms", nargs="+", default=["blended", "optimised"], choices=("blended", "optimised", "dynamic")
+    )
     parser.add_argument("--directions", type=int, default=8)
     parser.add_argument("--seeds", type=int, default=2, help="of the measured pushes")
     parser.add_argument("--runs", type=int, default=6, help="with small pushes, of each motion")
