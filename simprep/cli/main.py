@@ -16,6 +16,7 @@ from simprep.cli.convert import Convert
 from simprep.cli.fight import FightCommand
 from simprep.cli.graph import Graph
 from simprep.cli.import_motion import Import
+from simprep.cli.margins import MarginsCommand
 from simprep.cli.push import PushCommand
 from simprep.cli.track import Track
 from simprep.cli.train import Train
@@ -29,6 +30,7 @@ Command = (
     Annotated[Validate, tyro.conf.subcommand("validate")]
     | Annotated[Track, tyro.conf.subcommand("track")]
     | Annotated[PushCommand, tyro.conf.subcommand("push")]
+    | Annotated[MarginsCommand, tyro.conf.subcommand("margins")]
     | Annotated[Import, tyro.conf.subcommand("import")]
     | Annotated[Convert, tyro.conf.subcommand("convert")]
     | Annotated[CheckMotion, tyro.conf.subcommand("check-motion")]
