@@ -86,7 +86,9 @@ class SweepCommand(BaseCommand):
         try:
             from simprep.study.sweep.table import save_table
 
-            files.append(save_table(store.folder, store.folder / "table.parquet", {one.id for one in cases}.__contains__))
+            files.append(
+                save_table(store.folder, store.folder / "table.parquet", {one.id for one in cases}.__contains__)
+            )
         except MissingExtraError as error:
             output.warn(f"no table.parquet: {error}")
         output.say(f"{progress.done} cases, {progress.done - progress.recorded} of them run now: {_ends(progress)}")
@@ -95,6 +97,8 @@ class SweepCommand(BaseCommand):
 
     def _planned(self, sweep: "Sweep", store: "SweepStore", output: Output) -> dict[str, Any]:
         from dataclasses import asdict
+
+        from rich.text import Text
 
         from simprep.files import atomic_path
         from simprep.study.sweep.estimate import costs, plan_text, sample
@@ -107,7 +111,7 @@ class SweepCommand(BaseCommand):
         path = store.folder / "plan.md"
         with atomic_path(path) as temporary:
             temporary.write_text(text, encoding="utf-8")
-        output.say(text)
+        output.say(Text(text))  # brackets in a str would be markup
         output.say(f"written: {path}; the cases that were measured are kept")
         return {
             **self._record(sweep, len(cases)),
@@ -142,7 +146,12 @@ class SweepCommand(BaseCommand):
 
         from simprep.report.results import provenance
 
-        return {"schema": "simprep.sweep/1", **provenance(output_module.arguments), "n_cases": cases, "sweep": asdict(sweep)}
+        return {
+            "schema": "simprep.sweep/1",
+            **provenance(output_module.arguments),
+            "n_cases": cases,
+            "sweep": asdict(sweep),
+        }
 
 
 def _save(store: "SweepStore", content: dict[str, Any]) -> Path:

@@ -56,9 +56,7 @@ def sweep_of(content: Mapping[str, Any], folder: Path = Path()) -> Sweep:
     for key in LISTS:
         if not isinstance(content.get(key, []), list):
             raise SettingError(f"{key} = {content[key]!r}; valid: a list in brackets")
-    given: dict[str, Any] = {
-        key: tuple(_texts(key, content[key])) for key in ("arms", "controllers") if key in content
-    }
+    given: dict[str, Any] = {key: tuple(_texts(key, content[key])) for key in ("arms", "controllers") if key in content}
     if "alphas" in content:
         given["alphas"] = tuple(_number("alphas", value) for value in content["alphas"])
     if "seeds" in content:
@@ -97,7 +95,9 @@ def _clips(key: str, items: Iterable[Any], folder: Path) -> tuple[Clip, ...]:
             if not (frame is None or (type(frame) is int and frame >= 0)):
                 raise SettingError(f"{key}: target_frame {frame!r}; valid: a whole number from 0")
         if not isinstance(item, str) or not item:
-            raise SettingError(f"{key}: {item!r}; valid: a name, file, folder or glob, or {{clip = ..., target_frame = ...}}")
+            raise SettingError(
+                f"{key}: {item!r}; valid: a name, file, folder or glob, or {{clip = ..., target_frame = ...}}"
+            )
         if item in library_names():
             found[Clip(item, target_frame=frame)] = None
             continue

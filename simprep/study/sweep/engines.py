@@ -53,7 +53,12 @@ def _own_code() -> str:
 
 def died(how: str) -> Content:
     """What is recorded of a case whose process died."""
-    return {"end": ERROR, "reason": how, "metrics": {}, "cost": {"wall_s": None, "cpu_s": None, "processor": processor()}}
+    return {
+        "end": ERROR,
+        "reason": how,
+        "metrics": {},
+        "cost": {"wall_s": None, "cpu_s": None, "processor": processor()},
+    }
 
 
 def in_this_process(cases: Iterable[SweepCase], threads: int = 0) -> Iterator[tuple[SweepCase, Content]]:
@@ -93,7 +98,9 @@ def _end_with(stop: Connection) -> None:
         os._exit(1)
 
 
-def in_processes(cases: Iterable[SweepCase], processes: int) -> Iterator[tuple[SweepCase, Content]]:
+def in_processes(
+    cases: Iterable[SweepCase], processes: int, threads: int | None = None
+) -> Iterator[tuple[SweepCase, Content]]:
     """Run cases in processes of this machine.
 
     If a process dies (killed for memory, say), the cases that were running are run again one at a time; the one that
@@ -101,9 +108,10 @@ def in_processes(cases: Iterable[SweepCase], processes: int) -> Iterator[tuple[S
 
     Args:
         cases: what to run.
-        processes: how many; the cores are shared among them.
+        processes: how many.
+        threads: simulation threads of `mpc` in each; None: the cores are shared among the processes.
     """
-    threads = max(1, (os.cpu_count() or 1) // processes)
+    threads = threads or max(1, (os.cpu_count() or 1) // processes)
     waiting, running, pool = iter(cases), dict[Future[Content], SweepCase](), _Pool(processes)
     try:
         while True:

@@ -77,7 +77,12 @@ def costs(cases: Iterable[SweepCase], store: SweepStore) -> list[KindCost]:
         sizes = [len(record_line(record["id"], record["attempt"], _content(record))) for record in there[:100]]
         found.append(
             KindCost(
-                kind, len(names), len(names) - len(there), count, mean, spread / sqrt(count) if count else float("nan"),
+                kind,
+                len(names),
+                len(names) - len(there),
+                count,
+                mean,
+                spread / sqrt(count) if count else float("nan"),
                 sum(sizes) / len(sizes) if sizes else float("nan"),
             )  # fmt: skip
         )
@@ -119,10 +124,10 @@ def plan_text(kinds: Sequence[KindCost], clips: int, many: int) -> str:
     scale = many / clips
     lines += [
         "",
-        f"All of it takes {hours(total)} of one core{share}, and {megabytes(size)} of records. {many:,} such clips take "
-        f"{hours(total * scale)} of one core and {megabytes(size * scale)}.".replace(",", " "),
+        f"All of it takes {hours(total)} of one core{share}, and {megabytes(size)} of records. {many} such clips take "
+        f"{hours(total * scale)} of one core and {megabytes(size * scale)}.",
         "",
-        f"| cores | what is left here | {many:,} clips |".replace(",", " "),
+        f"| cores | what is left here | {many} clips |",
         "| --- | --- | --- |",
         *(f"| {cores} | {hours(rest / cores)} | {hours(total * scale / cores)} |" for cores in CORES),
         "",

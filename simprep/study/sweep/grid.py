@@ -65,10 +65,10 @@ class Sweep:
                 raise SettingError(f"{what} {', '.join(shown)}; valid: all different")
             if not values and what in names:
                 raise SettingError(f"no {what}; valid: at least one")
-        if not (self.clips or (self.locomotions and self.targets)):
-            raise SettingError("nothing to run; valid: clips, or locomotions with targets")
         if bool(self.locomotions) != bool(self.targets):
             raise SettingError("locomotions and targets need each other; one of them is empty")
+        if not (self.clips or self.locomotions):
+            raise SettingError("nothing to run; valid: clips, or locomotions with targets")
         for alpha in self.alphas:
             if not 0 <= alpha <= 1:
                 raise SettingError(f"alpha {alpha:g}; valid: 0 to 1")

@@ -57,7 +57,11 @@ def measure_case(case: SweepCase, threads: int = 1) -> dict[str, Any]:
         place = traceback.extract_tb(error.__traceback__)[-1]
         end, metrics = ERROR, {}
         reason = f"{type(error).__name__}: {' '.join(str(error).split())} ({Path(place.filename).name}:{place.lineno})"
-    cost = {"wall_s": round(perf_counter() - wall, 4), "cpu_s": round(process_time() - cpu, 4), "processor": processor()}
+    cost = {
+        "wall_s": round(perf_counter() - wall, 4),
+        "cpu_s": round(process_time() - cpu, 4),
+        "processor": processor(),
+    }
     return {"end": end, "reason": reason[:1000], "metrics": metrics, "cost": cost}
 
 
@@ -96,7 +100,9 @@ def clip_motion(clip: Clip, body: Body) -> Motion:
     """
     character = body_character(body)
     if body.digest and character.digest != body.digest:
-        raise MotionError(f"character {body.name} has changed since the sweep was made: {character.digest}, {body.digest}")
+        raise MotionError(
+            f"character {body.name} has changed since the sweep was made: {character.digest}, {body.digest}"
+        )
     if not clip.path:
         motion = onto(library_motion(clip.name), character)
     else:
@@ -153,7 +159,9 @@ def _settings(case: SweepCase, motion: Motion, threads: int) -> SimulationSettin
         force = disturbance.push_n_per_kg * float(motion.character.model.body_mass.sum())
         pelvis = motion.character.roles["pelvis"]
         pushes = (
-            Push(pelvis, float(at), disturbance.push_s, (force * float(np.cos(angle)), force * float(np.sin(angle)), 0.0)),
+            Push(
+                pelvis, float(at), disturbance.push_s, (force * float(np.cos(angle)), force * float(np.sin(angle)), 0.0)
+            ),
         )
     return SimulationSettings(mpc=replace(mpc, threads=threads), pushes=pushes, mismatch=disturbance.mismatch)
 

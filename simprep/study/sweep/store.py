@@ -15,9 +15,10 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import groupby
 from pathlib import Path
 from time import monotonic
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 
 from simprep.errors import SettingError
 from simprep.report.results import jsonable
@@ -27,15 +28,25 @@ SEGMENT_BYTES = 64_000_000
 """A file that has grown so large is followed by another [bytes]."""
 SYNC_S = 0.5
 """Longest time after which records are on disk, not only with the system [s]."""
-_LINE = re.compile(rb'\{"crc32":"([0-9a-f]{8})",("id":"([0-9a-f]{20})","attempt":(\d{1,9}),"end":"(\w+)",.*\})', re.DOTALL)
+_LINE = re.compile(
+    rb'\{"crc32":"([0-9a-f]{8})",("id":"([0-9a-f]{20})","attempt":(\d{1,9}),"end":"(\w+)",.*\})', re.DOTALL
+)
 
 
-@dataclass(frozen=True)
-class Entry:
-    """What is known of a case without reading its record: number of the attempt, from 0, and how it ended."""
+class Entry(NamedTuple):
+    """What is known of a record without reading it.
+
+    Attributes:
+        attempt: its number, from 0.
+        end: how the case ended.
+        file: where the record is, and from which byte to which.
+    """
 
     attempt: int
     end: str
+    file: Path
+    first: int
+    after: int
 
 
 @dataclass
@@ -78,44 +89,47 @@ class SweepStore:
         """Files with records, in the order of their making."""
         return sorted(self.folder.glob(SEGMENT.format(0).replace("000000", "*")))
 
-    def lines(self, damaged: Callable[[Path], None] = lambda path: None) -> Iterator[tuple[str, Entry, bytes]]:
-        """Whole records: name of the case, entry, and the line in JSON.
+    def entries(self, damaged: Callable[[Path], None] = lambda path: None) -> Iterator[tuple[str, Entry]]:
+        """Every whole record, in the order of writing: name of its case, and entry.
 
         Args:
             damaged: told the file of every line that is not whole.
         """
         for path in self.segments():
+            after = 0
             for line in path.read_bytes().splitlines(keepends=True):
+                first, after = after, after + len(line)
                 match = _LINE.fullmatch(line, 0, len(line) - 1) if line.endswith(b"\n") else None
                 if match is None or zlib.crc32(match[2]) != int(match[1], 16):
                     damaged(path)
                     continue
-                yield match[3].decode(), Entry(int(match[4]), match[5].decode()), line
+                yield match[3].decode(), Entry(int(match[4]), match[5].decode(), path, first, after)
 
     def index(self) -> Index:
-        """What is recorded; of several attempts the last."""
+        """What is recorded: of several attempts the last, and of copies of that the first."""
         index = Index()
 
         def damaged(path: Path) -> None:
             index.damaged[path.name] = index.damaged.get(path.name, 0) + 1
 
-        for name, entry, _ in self.lines(damaged):
+        for name, entry in self.entries(damaged):
             known = index.entries.get(name)
             if known is None or entry.attempt > known.attempt:
                 index.entries[name] = entry
         return index
 
     def last_lines(self, wanted: Callable[[str], bool] = lambda name: True) -> Iterator[bytes]:
-        """Records in JSON, one of each case: the last attempt, and of copies of that the first.
+        """Records in JSON, one of each case (see `index`), in the order of writing.
 
         Args:
             wanted: whether the case of a name is.
         """
-        entries = {name: entry.attempt for name, entry in self.index().entries.items() if wanted(name)}
-        for name, entry, line in self.lines():
-            if entries.get(name) == entry.attempt:
-                del entries[name]
-                yield line
+        entries = [entry for name, entry in self.index().entries.items() if wanted(name)]
+        entries.sort(key=lambda entry: (entry.file, entry.first))
+        for path, of_file in groupby(entries, key=lambda entry: entry.file):
+            content = path.read_bytes()
+            for entry in of_file:
+                yield content[entry.first : entry.after]
 
     def records(self, wanted: Callable[[str], bool] = lambda name: True) -> Iterator[dict[str, Any]]:
         """As `last_lines`, as mappings."""
