@@ -265,7 +265,7 @@ def test_paths_do_not_reach_results(tmp_path):
     records = []
     for folder in (tmp_path / "one", tmp_path / "two"):
         folder.mkdir()
-        case = [case for case in read_sweep(write_cheap(folder)).cases() if case.clip and case.clip.path][0]
+        case = next(case for case in read_sweep(write_cheap(folder)).cases() if case.clip and case.clip.path)
         assert Path(case.clip.path).parent == folder
         records.append(case.definition)
     assert records[0] == records[1]

@@ -193,7 +193,8 @@ class SweepCase:
         if self.clip:
             what = self.clip.name
         else:
-            assert self.locomotion and self.target
+            assert self.locomotion
+            assert self.target
             level = "" if self.alpha is None else f" {self.alpha:g}"
             what = f"{self.locomotion.name} to {self.target.name} {self.arm}{level}"
         return f"{what}, {self.controller}, {self.disturbance.name}, seed {self.seed}"

@@ -91,7 +91,8 @@ def _clips(key: str, items: Iterable[Any], folder: Path) -> tuple[Clip, ...]:
     for item in items:
         frame = None
         if isinstance(item, Mapping):
-            item, frame = _table(key, item, CLIP_KEYS).get("clip"), item.get("target_frame")
+            table = _table(key, item, CLIP_KEYS)
+            item, frame = table.get("clip"), table.get("target_frame")
             if not (frame is None or (type(frame) is int and frame >= 0)):
                 raise SettingError(f"{key}: target_frame {frame!r}; valid: a whole number from 0")
         if not isinstance(item, str) or not item:
@@ -114,9 +115,9 @@ def _files(key: str, text: str, folder: Path) -> list[Path]:
         return [path]
     suffixes = {suffix for suffix in read_suffixes() if suffix != ".asf"}
     if path.is_dir():
-        there = path.rglob("*")
+        there = list(path.rglob("*"))
     elif glob.has_magic(text):
-        there = map(Path, glob.glob(str(path), recursive=True))
+        there = [Path(name) for name in glob.glob(str(path), recursive=True)]
     else:
         close = ", ".join(library_names()[:5])
         raise SettingError(f"{key}: {text!r} is no built-in motion ({close}, ... `simprep library list`) and no file")

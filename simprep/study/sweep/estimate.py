@@ -84,7 +84,7 @@ def costs(cases: Iterable[SweepCase], store: SweepStore) -> list[KindCost]:
                 mean,
                 spread / sqrt(count) if count else float("nan"),
                 sum(sizes) / len(sizes) if sizes else float("nan"),
-            )  # fmt: skip
+            )
         )
     return found
 

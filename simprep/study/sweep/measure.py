@@ -81,7 +81,9 @@ def _motion(case: SweepCase) -> Motion:
     if case.clip:
         motion = clip_motion(case.clip, case.body)
         return to_length(motion, (LOOP_S if motion.loop else motion.duration) if case.seconds is None else case.seconds)
-    assert case.locomotion and case.target and case.arm
+    assert case.locomotion
+    assert case.target
+    assert case.arm
     profile = replace(case.profile, level=case.alpha or 0.0)
     return _scenario(case.locomotion, case.target, case.body, profile, case.arm)
 
