@@ -119,6 +119,10 @@ def test_holm_and_ranks_agree_with_their_definitions():
     assert [one.p_holm for one in effects] == [0.02, None, 0.02]
     values = np.array([1.0, -2.0, 3.0, 4.0, 0.0])
     assert signed_rank(values) == wilcoxon(values[:4]).pvalue
+    tied = np.array([1.0, 1.0, -1.0, 2.0, 2.0, 3.0])
+    assert signed_rank(tied) == pytest.approx(wilcoxon(tied).pvalue)
+    many = np.random.default_rng(0).normal(0.3, 1.0, 16)
+    assert signed_rank(many) == wilcoxon(many).pvalue
     assert signed_rank(np.zeros(3)) == 1.0
     assert rank_biserial(values) == pytest.approx((1 - 2 + 3 + 4) / 10)
     assert rank_biserial(np.zeros(3)) == 0.0

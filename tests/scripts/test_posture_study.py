@@ -1,5 +1,6 @@
 """The study of posture optimisation on made-up records: what is in them is what its report says."""
 
+import json
 import re
 
 import numpy as np
@@ -49,15 +50,22 @@ def records(gain_mm, fewer_falls=0.0, spread_mm=1.0, ends=("done",), seed=0):
         (records(-12.0, fewer_falls=0.5), "Sometimes, and it is harmful elsewhere"),
     ],
 )  # fmt: skip
-def test_the_report_says_what_is_in_the_data(made, begins, tmp_path):
+def test_the_answer_says_what_is_in_the_data(made, begins):
+    rows, _ = rows_of(made)
+    assert answer(compared(rows)).startswith(begins)
+
+
+def test_the_report_is_written_with_its_figures_and_numbers(tmp_path):
     pytest.importorskip("matplotlib")
+    made = records(-12.0)
     content = write_report(made, 2 * len(made), tmp_path, ABOUT)
-    assert content["answer"].startswith(begins)
+    assert "it is harmful" in content["answer"]
     assert content["n_cases"] == len(made)
     assert content["n_simulated"] == sum(record["case"]["controller"] == "pd" for record in made)
     text = (tmp_path / "report.md").read_text()
     assert content["answer"] in text
     assert f"{len(made)} of {2 * len(made)} cases" in text
+    assert json.loads((tmp_path / "summary.json").read_text())["n_cases"] == len(made)
     assert {"report.md", "summary.json", "effects.png", "worse.png"} == {path.name for path in tmp_path.iterdir()}
 
 
