@@ -145,9 +145,9 @@ def signed_rank(values: FloatArray) -> float:
     moved = values[values != 0]
     if not len(moved):
         return 1.0
-    if len(moved) > EXACT:
+    if len(moved) > EXACT or len(np.unique(np.abs(moved))) == len(moved):
         return float(wilcoxon(moved).pvalue)
-    # the same test with ties too, by all changes of sign; scipy's own takes seconds
+    # the same test with ties, by all changes of sign; scipy's own way takes seconds
     signed = np.sign(moved) * rankdata(np.abs(moved))
     exact = permutation_test((signed,), np.sum, permutation_type="samples", n_resamples=np.inf, vectorized=True)
     return float(exact.pvalue)
