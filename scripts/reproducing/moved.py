@@ -3,7 +3,7 @@
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import median
-from typing import Any
+from typing import Any, TypeGuard
 
 TIMES = (
     "wall_s",
@@ -86,11 +86,12 @@ def compare(kept: Any, now: Any, relative: float = 1e-3, absolute: float = 1e-6)
     before, after = dict(leaves(kept)), dict(leaves(now))
     moved = []
     for place in dict.fromkeys((*before, *after)):
-        a, b = before.get(place), after.get(place)
+        a: Any = before.get(place)
+        b: Any = after.get(place)
         if place in before and place in after and _same(a, b, relative, absolute):
             continue
-        numbers = _number(a) and _number(b)
-        moved.append(Change(place, a, b, abs(b - a) / max(abs(a), 1e-12) if numbers else float("inf")))
+        share = abs(b - a) / max(abs(a), 1e-12) if _number(a) and _number(b) else float("inf")
+        moved.append(Change(place, a, b, share))
     return Comparison(len(before), tuple(moved))
 
 
@@ -115,7 +116,7 @@ def _same(a: Any, b: Any, relative: float, absolute: float) -> bool:
     return bool(a == b)
 
 
-def _number(value: Any) -> bool:
+def _number(value: Any) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 

@@ -149,7 +149,7 @@ def signed_rank(values: FloatArray) -> float:
         return float(wilcoxon(moved).pvalue)
     # the same test with ties, by all changes of sign; scipy's own way takes seconds
     signed = np.sign(moved) * rankdata(np.abs(moved))
-    exact = permutation_test((signed,), np.sum, permutation_type="samples", n_resamples=np.inf, vectorized=True)
+    exact = permutation_test((signed,), np.sum, permutation_type="samples", n_resamples=2**EXACT, vectorized=True)
     return float(exact.pvalue)
 
 
