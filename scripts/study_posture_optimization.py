@@ -27,7 +27,8 @@ from simprep.files import atomic_path
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.tracker import CONTROLLERS
 from simprep.report.results import provenance, save_json
-from simprep.study.compare import BEFORE_PHYSICS, WITH, WITHOUT
+from simprep.study.compare import WITH, WITHOUT
+from simprep.study.plan import BEFORE_PHYSICS
 from simprep.study.sweep.engines import in_processes, in_this_process, on_dask
 from simprep.study.sweep.estimate import costs, plan_text, sample
 from simprep.study.sweep.run import Progress, run_sweep

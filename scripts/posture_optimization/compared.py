@@ -9,7 +9,8 @@ import numpy as np
 
 from simprep.metrics.effects import MEAN, Effect, Outcome, effect_of, verdict, with_holm
 from simprep.metrics.paired import Pair, matched_pairs
-from simprep.study.compare import BEFORE_PHYSICS, WITH, WITHOUT
+from simprep.study.compare import WITH, WITHOUT
+from simprep.study.plan import BEFORE_PHYSICS
 
 MATCHED_ON = ("locomotion", "target", "alpha", "height_m", "controller", "disturbance", "seed")
 CLUSTER = "target"

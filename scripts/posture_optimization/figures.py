@@ -8,7 +8,7 @@ import numpy as np
 from posture_optimization.compared import LABELS, SATURATED, Comparison
 from simprep.metrics.effects import HARMS, HELPS, NO_EFFECT, UNDECIDED
 from simprep.report.figures import COLOURS, new_figure, save_figure
-from simprep.study.compare import BEFORE_PHYSICS
+from simprep.study.plan import BEFORE_PHYSICS
 
 COLOUR = {HELPS: COLOURS[4], HARMS: COLOURS[3], NO_EFFECT: COLOURS[2], UNDECIDED: COLOURS[0], SATURATED: "#c8c8c8"}
 SHOWN = 6.0

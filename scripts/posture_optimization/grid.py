@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from simprep.study.compare import BEFORE_PHYSICS
+from simprep.study.plan import BEFORE_PHYSICS
 from simprep.study.sweep.cases import SweepCase
 from simprep.study.sweep.config import sweep_of
 

@@ -6,8 +6,7 @@ from typing import Any
 
 from posture_optimization.compared import LABELS, MIN_CLUSTERS, SATURATED, STABILITY, Comparison
 from simprep.metrics.effects import HARMS, HELPS, MEAN, NO_EFFECT, UNDECIDED
-from simprep.study.compare import BEFORE_PHYSICS
-from simprep.study.plan import ARM_LABELS
+from simprep.study.plan import ARM_LABELS, BEFORE_PHYSICS
 
 QUESTION = "Does posture optimisation make the motion more stable?"
 FEW_PAIRS = 10

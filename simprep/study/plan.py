@@ -14,6 +14,8 @@ ARM_LABELS = {
     "blended": "preparation",
     "optimised": "preparation + optimisation",
 }
+BEFORE_PHYSICS = "motion"
+"""What stands for a controller where the motion itself is measured."""
 DETERMINISTIC = ("pd",)
 """Controllers without random numbers: only the first seed is run, as every seed gives the same run."""
 

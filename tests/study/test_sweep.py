@@ -12,6 +12,7 @@ from sweep_cases import CHEAP, small, write_cheap
 from simprep.cli.main import main
 from simprep.errors import MissingExtraError, MotionFileError, SettingError
 from simprep.study.sweep.cases import Body, Clip, Disturbance
+from simprep.study.sweep.code import result_sources
 from simprep.study.sweep.config import read_sweep
 from simprep.study.sweep.engines import OtherCodeError, in_this_process
 from simprep.study.sweep.estimate import KindCost, costs, plan_text
@@ -61,6 +62,19 @@ def test_a_case_is_named_by_all_that_its_result_depends_on_and_nothing_else():
     moved = [replace(case, locomotion=Clip("a.bvh", path, "12")) for path in ("/here/a.bvh", "/there/a.bvh")]
     assert moved[0].id == moved[1].id
     assert json.loads(json.dumps(case.definition)) == case.definition
+
+
+def test_the_code_that_counts_is_what_measures_and_no_more():
+    sources = set(result_sources())
+    assert {
+        "physics/mpc.py",
+        "library/kicks/front.py",
+        "preparation/posture_problem.py",
+        "metrics/evaluate.py",
+        "scene.py",
+    } <= sources
+    assert not {name for name in sources if name.split("/")[0] in ("cli", "report", "duel", "controller")}
+    assert not {"metrics/effects.py", "study/sweep/store.py", "study/sweep/engines.py"} & sources
 
 
 def test_clips_are_names_files_folders_and_globs(tmp_path):

@@ -7,21 +7,13 @@ from functools import cached_property
 from typing import Any
 
 from simprep.errors import SettingError
-from simprep.library.cache import code_key
 from simprep.physics.mismatch import Mismatch
 from simprep.preparation.scenario import AlphaProfile
 
 SCHEMA = "simprep.sweep_case/1"
 TRACK, PREPARE = "track", "prepare"
 """The two kinds of case: a clip as it is, or a locomotion that prepares for a target."""
-SOURCES = ("motion", "physics", "library", "preparation", "metrics", "robots", "scene.py", "study/sweep/measure.py")
-"""The code that results come from. What it was is part of a case's name, so changed code means new cases."""
 LAUNCH = "launch"
-
-
-def results_code() -> str:
-    """Hash of the code, of simprep and its packages, that results come from: 16 hexadecimal digits."""
-    return code_key(SOURCES)
 
 
 @dataclass(frozen=True)

@@ -9,13 +9,13 @@ import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from functools import lru_cache
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from typing import Any
 
 from simprep.errors import MissingExtraError, SettingError, SimprepError
-from simprep.study.sweep.cases import SweepCase, results_code
+from simprep.study.sweep.cases import SweepCase
+from simprep.study.sweep.code import results_code
 from simprep.study.sweep.measure import ERROR, measure_case, processor
 
 Content = dict[str, Any]
@@ -37,18 +37,13 @@ def run_job(case: SweepCase, threads: int) -> Content:
     Raises:
         OtherCodeError: the worker would compute something else.
     """
-    if (own := _own_code()) != case.code:
+    if (own := results_code()) != case.code:
         raise OtherCodeError(
             f"a worker runs other code or packages ({own}) than the sweep was planned with ({case.code}); "
             "valid: the same version of simprep and its packages everywhere, not edited while a sweep runs"
         )
     with _one_at_a_time:
         return measure_case(case, threads)
-
-
-@lru_cache(maxsize=1)
-def _own_code() -> str:
-    return results_code()
 
 
 def died(how: str) -> Content:

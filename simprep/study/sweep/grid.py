@@ -7,9 +7,9 @@ from simprep.errors import SettingError, UnknownNameError
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.tracker import CONTROLLERS
 from simprep.preparation.scenario import ARMS, AlphaProfile
-from simprep.study.compare import BEFORE_PHYSICS
-from simprep.study.plan import DETERMINISTIC, QUICK_PROFILE
-from simprep.study.sweep.cases import NOMINAL, Body, Clip, Disturbance, SweepCase, results_code
+from simprep.study.plan import BEFORE_PHYSICS, DETERMINISTIC, QUICK_PROFILE
+from simprep.study.sweep.cases import NOMINAL, Body, Clip, Disturbance, SweepCase
+from simprep.study.sweep.code import results_code
 
 
 @dataclass(frozen=True)

@@ -26,7 +26,7 @@ from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 from simprep.preparation import scenario
 from simprep.preparation.scenario import AlphaProfile
-from simprep.study.compare import BEFORE_PHYSICS
+from simprep.study.plan import BEFORE_PHYSICS
 from simprep.study.sweep.cases import LAUNCH, Body, Clip, SweepCase
 from simprep.threads import one_thread
 
