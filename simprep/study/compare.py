@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from simprep.metrics.paired import Summary, paired_differences
+from simprep.study.plan import BEFORE_PHYSICS
 from simprep.study.validate import Study, launch_s
 
 WITH, WITHOUT = "optimised", "blended"
 OTHER_OPTIMISER = "dynamic"
 BOOTSTRAP_SEED = 2013
-BEFORE_PHYSICS = "motion"
 
 Paired = dict[str, Summary]
 

@@ -15,6 +15,8 @@ ARM_LABELS = {
     "optimised": "preparation + optimisation",
     "dynamic": "preparation + dynamic optimisation",
 }
+BEFORE_PHYSICS = "motion"
+"""What stands for a controller where the motion itself is measured."""
 DETERMINISTIC = ("pd",)
 """Controllers without random numbers: only the first seed is run, as every seed gives the same run."""
 

@@ -6,16 +6,8 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from simprep.study.compare import (
-    BEFORE_PHYSICS,
-    OTHER_OPTIMISER,
-    WITH,
-    WITHOUT,
-    median_of,
-    paired_before_physics,
-    paired_by_controller,
-)
-from simprep.study.plan import ARM_LABELS
+from simprep.study.compare import OTHER_OPTIMISER, WITH, WITHOUT, median_of, paired_before_physics, paired_by_controller
+from simprep.study.plan import ARM_LABELS, BEFORE_PHYSICS
 from simprep.study.validate import Study
 
 Column = tuple[str, str, str]

@@ -180,6 +180,7 @@ def test_every_command_has_json_and_quiet(words, kind, monkeypatch, capsys):
             "track",
             "push",
             "margins",
+            "sweep",
             "import",
             "check-motion",
             "join",
