@@ -75,6 +75,10 @@ EVERYTHING = (
         ("scripts/fight_physics_study.py", "--bouts", "10", "--seconds", "10", "-o", "{out}"), "fight_physics.json", 12,
     ),
     Made("sbu", "sbu", ("scripts/sbu_study.py", "{data}/pairs/sbu_pairs.npz", "-o", "{out}/sbu.json"), "sbu.json", 2),
+    Made("optimiser", "optimiser", ("scripts/optimiser_study.py", "-o", "{out}"), "optimiser.json", 5),
+    Made(
+        "gate", "gate", ("scripts/gate_study.py", "--cases", "walk_fast", "prepared_kick", "-o", "{out}"), "gate.json", 20,
+    ),
     Made("sweep", "sweep", ("scripts/sweep_study.py", "-o", "{out}"), "sweep.json", 10),
     Made(
         "posture_optimization", "posture_optimization",
