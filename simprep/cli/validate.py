@@ -47,13 +47,13 @@ class Validate(BaseCommand):
 
     robot: Robot = None
 
-    controllers: tuple[Literal["pd", "mpc"], ...] = ("pd", "mpc")
+    controllers: tuple[Literal["pd", "balance", "mpc"], ...] = ("pd", "mpc")
     """Controllers to simulate with."""
 
     preset: Preset = "default"
 
     seeds: int = 1
-    """Number of seeds, from 0. pd has no random numbers and runs once."""
+    """Number of seeds, from 0. pd and balance have no random numbers and run once."""
 
     full: bool = False
     """Six targets of all kinds and levels 0.3, 0.5, 0.7, 1, where not given otherwise."""

@@ -14,7 +14,7 @@ ARM_LABELS = {
     "blended": "preparation",
     "optimised": "preparation + optimisation",
 }
-DETERMINISTIC = ("pd",)
+DETERMINISTIC = ("pd", "balance")
 """Controllers without random numbers: only the first seed is run, as every seed gives the same run."""
 
 QUICK_PROFILE = AlphaProfile(lead=0.2, rise=1.0, hold=0.6)
@@ -43,7 +43,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Case:
-    """One simulation of the study: a condition, a controller (`pd` or `mpc`) and the seed of its random generator."""
+    """One simulation of the study: a condition, a controller (one of `CONTROLLERS`) and the seed of its random generator."""
 
     condition: Condition
     controller: str
@@ -72,7 +72,7 @@ class StudyPlan:
     targets: tuple[Motion, ...]
     alphas: tuple[float, ...] = (0.5, 1.0)
     arms: tuple[str, ...] = ARMS
-    controllers: tuple[str, ...] = CONTROLLERS
+    controllers: tuple[str, ...] = ("pd", "mpc")
     seeds: tuple[int, ...] = (0,)
     profile: AlphaProfile = QUICK_PROFILE
 
