@@ -12,6 +12,7 @@ from simprep.humanoid_model import humanoid
 
 DEFAULT_TIMESTEP_S = 1.0 / 480.0
 """Half of it moves the medians of paired runs by under 5 % (`scripts/timestep_study.py`), twice by up to a fifth."""
+DEFAULT_FRICTION = 1.0
 FLOOR_BIT = 1
 OBJECT_BIT = 2**10
 _BODY_BITS = 9  # the collision bits between floor and objects
@@ -52,7 +53,7 @@ class SceneSettings:
     bodies: tuple[Character, ...] = (humanoid(),)
     obstacles: tuple[Obstacle, ...] = ()
     timestep: float = DEFAULT_TIMESTEP_S
-    friction: float = 1.0
+    friction: float = DEFAULT_FRICTION
 
 
 def body_prefix(number: int, count: int) -> str:
@@ -132,6 +133,8 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
     any_body = _code_mask(max(count, 2)) << 1
     floor.contype, floor.conaffinity = FLOOR_BIT, any_body
     floor.friction = [settings.friction, 0.005, 0.0001]
+    if settings.friction != DEFAULT_FRICTION:  # MuJoCo takes the larger one of floor and sole; so the floor's counts
+        floor.priority = 1
     for obstacle in settings.obstacles:
         _add_obstacle(spec, obstacle, any_body)
     spec.worldbody.add_light(pos=[0, 0, 4], dir=[0, 0, -1], type=mujoco.mjtLightType.mjLIGHT_DIRECTIONAL)

@@ -74,3 +74,15 @@ def test_more_bodies_than_the_bits_tell_apart_are_refused() -> None:
     for count in (0, BODY_LIMIT + 1):
         with pytest.raises(SettingError, match=rf"{count} bodies in a scene; valid: 1 to 511 \(the 9 collision bits"):
             build_scene(SceneSettings((humanoid(),) * count))
+
+
+@pytest.mark.parametrize("friction", [0.05, 1.0, 1.4])
+def test_the_floor_is_as_slippery_as_was_asked_for(friction: float) -> None:
+    model = build_scene(SceneSettings(friction=friction))
+    data = mujoco.MjData(model)
+    data.qpos[2] -= 0.002
+    mujoco.mj_forward(model, data)
+    floor = (data.contact.geom == model.geom("floor").id).any(axis=1)
+    assert floor.sum() == 8
+    np.testing.assert_array_equal(data.contact.friction[floor, :2], friction)
+    np.testing.assert_allclose(data.contact.solref[floor, 0], 0.01)  # as hard as before

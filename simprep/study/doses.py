@@ -1,0 +1,110 @@
+"""The doses of `simprep stability`: what makes it harder for a motion to be completed, and by which levels."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+from simprep.errors import UnknownNameError
+from simprep.physics.settings import SimulationSettings
+
+PUSH_LEVELS_N = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0)
+"""Forces of the scan [N]."""
+LAUNCH, STANCE = "push_launch", "push_stance"
+"""Pushes at the launch of the target movement, and in the middle of a stance on one leg."""
+
+
+@dataclass(frozen=True)
+class Dose:
+    """A disturbance of the whole motion.
+
+    Attributes:
+        key: of its limit in results, with its unit where it has one.
+        words: what the limit is, for tables.
+        levels: gives the scan for some simulation settings, from no disturbance to the hardest.
+        change: gives simulation settings with a dose.
+        random: whether it draws random numbers of its own, so that every controller's runs differ with the seed.
+        whole: whether only whole numbers mean something.
+        needs_mpc: whether only `mpc` has it.
+    """
+
+    key: str
+    words: str
+    levels: Callable[[SimulationSettings], tuple[float, ...]]
+    change: Callable[[SimulationSettings, float], SimulationSettings]
+    random: bool = False
+    whole: bool = False
+    needs_mpc: bool = False
+
+
+def _friction(simulation: SimulationSettings, dose: float) -> SimulationSettings:
+    return replace(simulation, mismatch=replace(simulation.mismatch, friction=dose))
+
+
+def _strength(simulation: SimulationSettings, dose: float) -> SimulationSettings:
+    return replace(simulation, mismatch=replace(simulation.mismatch, strength=dose))
+
+
+def _noise(simulation: SimulationSettings, dose: float) -> SimulationSettings:
+    return replace(simulation, mismatch=replace(simulation.mismatch, noise=dose))
+
+
+def _horizon(simulation: SimulationSettings, dose: float) -> SimulationSettings:
+    return replace(simulation, mpc=replace(simulation.mpc, horizon=dose))
+
+
+def _samples(simulation: SimulationSettings, dose: float) -> SimulationSettings:
+    mpc, count = simulation.mpc, round(dose)
+    refined = max(len(mpc.damping), round(mpc.refined * count / mpc.samples))
+    return replace(simulation, mpc=replace(mpc, samples=count, keep=min(mpc.keep, count - 3), refined=refined))
+
+
+def _frictions(simulation: SimulationSettings) -> tuple[float, ...]:
+    nominal = simulation.mismatch.friction or simulation.scene.friction
+    return nominal, *(one for one in (0.7, 0.5, 0.35, 0.25, 0.18, 0.12, 0.08, 0.05) if one < nominal)
+
+
+def _strengths(simulation: SimulationSettings) -> tuple[float, ...]:
+    nominal = simulation.mismatch.strength
+    return nominal, *(one for one in (0.85, 0.7, 0.6, 0.5, 0.4, 0.3, 0.2, 0.1) if one < nominal)
+
+
+def _noises(simulation: SimulationSettings) -> tuple[float, ...]:
+    nominal = simulation.mismatch.noise
+    return nominal, *(one for one in (0.25, 0.5, 1.0, 2.0, 4.0, 8.0) if one > nominal)
+
+
+def _horizons(simulation: SimulationSettings) -> tuple[float, ...]:
+    return tuple(simulation.mpc.horizon * share for share in (1.0, 0.8, 0.6, 0.45, 0.3, 0.2, 0.12))
+
+
+def _sample_counts(simulation: SimulationSettings) -> tuple[float, ...]:
+    most = simulation.mpc.samples
+    return most, *(one for one in (100.0, 60.0, 40.0, 28.0, 20.0, 16.0, 12.0, 9.0, 7.0, 5.0, 4.0) if one < most)
+
+
+DOSES = {
+    "friction": Dose("dose_friction", "lowest friction", _frictions, _friction),
+    "strength": Dose("dose_strength", "smallest motor strength [share]", _strengths, _strength),
+    "noise": Dose("dose_noise", "largest sensor noise [multiple]", _noises, _noise, random=True),
+    "horizon": Dose("dose_horizon_s", "shortest look-ahead [s]", _horizons, _horizon, needs_mpc=True),
+    "samples": Dose("dose_samples", "fewest samples", _sample_counts, _samples, whole=True, needs_mpc=True),
+}
+"""Disturbances of the whole motion by name; noise is that of `simprep.physics.mismatch.Mismatch`."""
+MEASURES = (LAUNCH, STANCE, *DOSES)
+"""What `simprep stability` measures, in its order."""
+
+
+def measures_of(controller: str, names: tuple[str, ...] = ()) -> tuple[str, ...]:
+    """The measures that a controller has, in their order.
+
+    Args:
+        controller: its name.
+        names: those that are wanted; empty for all.
+
+    Raises:
+        UnknownNameError: no such measure, or the controller lacks it.
+    """
+    has = tuple(name for name in MEASURES if name not in DOSES or controller == "mpc" or not DOSES[name].needs_mpc)
+    for name in names:
+        if name not in has:
+            raise UnknownNameError(f"measure of {controller}", name, has)
+    return tuple(name for name in has if not names or name in names)
