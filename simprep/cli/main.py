@@ -16,6 +16,7 @@ from simprep.cli.fight import FightCommand
 from simprep.cli.graph import Graph
 from simprep.cli.import_motion import Import
 from simprep.cli.push import PushCommand
+from simprep.cli.stability import StabilityCommand
 from simprep.cli.track import Track
 from simprep.cli.train import Train
 from simprep.cli.validate import Validate
@@ -28,6 +29,7 @@ Command = (
     Annotated[Validate, tyro.conf.subcommand("validate")]
     | Annotated[Track, tyro.conf.subcommand("track")]
     | Annotated[PushCommand, tyro.conf.subcommand("push")]
+    | Annotated[StabilityCommand, tyro.conf.subcommand("stability")]
     | Annotated[Import, tyro.conf.subcommand("import")]
     | Annotated[Convert, tyro.conf.subcommand("convert")]
     | Annotated[CheckMotion, tyro.conf.subcommand("check-motion")]

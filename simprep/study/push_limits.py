@@ -111,7 +111,11 @@ class PushTrial:
     """
 
     def __init__(
-        self, motion: Motion, settings: PushSettings, controller: str | ControllerFactory, simulation: SimulationSettings
+        self,
+        motion: Motion,
+        settings: PushSettings,
+        controller: str | ControllerFactory,
+        simulation: SimulationSettings,
     ) -> None:
         if settings.segment not in motion.character.segments:
             raise UnknownNameError("segment", settings.segment, motion.character.segments)

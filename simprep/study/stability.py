@@ -2,9 +2,12 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Any
 
 import numpy as np
+from rich.table import Table
+from rich.text import Text
 
 from simprep.errors import SettingError
 from simprep.motion.motion import Motion
@@ -12,7 +15,7 @@ from simprep.physics.run import DONE
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 from simprep.study.bisection import DoseLimit, first_failure
-from simprep.study.doses import DOSES, LAUNCH, PUSH_LEVELS_N, STANCE, measures_of
+from simprep.study.doses import DOSES, LAUNCH, PUSH_LEVELS_N, STANCE, Dose, measures_of
 from simprep.study.plan import DETERMINISTIC
 from simprep.study.push_limits import PushSettings, PushTrial
 
@@ -211,9 +214,7 @@ class _Search:
             row = []
             for seed in seeds:
                 self._report(f"{name}, {direction:g} degrees, seed {seed}")
-                row.append(
-                    first_failure(lambda force: survives(seed, direction, force), PUSH_LEVELS_N, settings.halvings)  # noqa: B023
-                )
+                row.append(first_failure(partial(survives, seed, direction), PUSH_LEVELS_N, settings.halvings))
                 self._finished += 1
             rows.append(tuple(row))
         self.assist_n = max(self.assist_n, trial.assist_n)
@@ -224,20 +225,19 @@ class _Search:
         levels = dose.levels(self._simulation)
         for seed in seeds:
             self._report(f"{name}, seed {seed}")
-            known: dict[float, bool] = {}
-
-            def survives(value: float) -> bool:
-                exact = float(round(value)) if dose.whole else value
-                if exact not in known:
-                    known[exact] = self._completes(seed, dose.change(self._simulation, exact))  # noqa: B023
-                return known[exact]  # noqa: B023
-
             if seed not in self._undisturbed:
                 self._undisturbed[seed] = self._completes(seed, self._simulation)
-            known[float(levels[0])] = self._undisturbed[seed]
-            limits.append(_whole_numbers(first_failure(survives, levels, self._settings.halvings), dose.whole))
+            known = {float(levels[0]): self._undisturbed[seed]}
+            limit = first_failure(partial(self._survives, dose, seed, known), levels, self._settings.halvings)
+            limits.append(_whole_numbers(limit, dose.whole))
             self._finished += 1
         return MeasureLimits(name, seeds, (tuple(limits),))
+
+    def _survives(self, dose: Dose, seed: int, known: dict[float, bool], value: float) -> bool:
+        exact = float(round(value)) if dose.whole else value
+        if exact not in known:
+            known[exact] = self._completes(seed, dose.change(self._simulation, exact))
+        return known[exact]
 
     def _completes(self, seed: int, simulation: SimulationSettings) -> bool:
         self.runs += 1
@@ -318,3 +318,23 @@ def _measure_content(one: MeasureLimits) -> dict[str, Any]:
     if one.directions_deg:
         content.update(directions_deg=list(one.directions_deg), at_s=one.at_s, watched_s=one.watched_s)
     return content
+
+
+def stability_table(result: Stability) -> Table:
+    """The limits for people: median over the seeds, least and largest, and the share of searches beyond whose first failure all failed."""
+    table = Table()
+    for heading in ("measure", "limit", "least to largest", "monotone", "never failed"):
+        table.add_column(heading, justify="left" if heading == "measure" else "right")
+    for one in result.measured:
+        rows = zip(one.directions_deg or (None,), one.limits)
+        for direction, limits in rows:
+            label = DOSES[one.name].words if direction is None else f"{one.name}, {direction:g} degrees [N]"
+            numbers = [_number(limit) for limit in limits]
+            table.add_row(
+                Text(label),
+                f"{np.median(numbers):.3g}",
+                f"{min(numbers):.3g} to {max(numbers):.3g}" if len(numbers) > 1 else "-",
+                f"{sum(limit.monotone for limit in limits)}/{len(limits)}",
+                f"{sum(limit.failed is None for limit in limits)}/{len(limits)}",
+            )
+    return table

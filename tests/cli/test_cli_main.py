@@ -15,7 +15,7 @@ from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.store import read_run
 
-COMMANDS = ("validate", "track", "import", "library", "train", "approach", "graph", "push")
+COMMANDS = ("validate", "track", "import", "library", "train", "approach", "graph", "push", "stability")
 TRACK_KEYS = {
     "success", "end", "fell_at_s", "g_mpjpe_mm", "mpjpe_mm", "foot_slip_ratio", "penetration_mm", "s_per_s", "assist_n",
 }  # fmt: skip
@@ -172,7 +172,18 @@ def test_every_command_has_json_and_quiet(words, kind, monkeypatch, capsys):
         words[-1]
     )
     if needed is None:
-        takes_one = ("track", "push", "import", "check-motion", "join", "label", "analyse", "show", "describe")
+        takes_one = (
+            "track",
+            "push",
+            "stability",
+            "import",
+            "check-motion",
+            "join",
+            "label",
+            "analyse",
+            "show",
+            "describe",
+        )
         needed = ["x"] if words[-1] in takes_one else []
     printed = {}
     for flags in ([], ["--quiet"], ["--json"], ["--json", "--quiet"]):
