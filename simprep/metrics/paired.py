@@ -8,6 +8,8 @@ import numpy as np
 MATCHED_ON = ("target", "alpha", "seed", "controller")
 SURVIVAL = ("success", "completed_share", "survived_s")
 """Metrics that mean something for a fall too: compared over all pairs, others only where both arms succeeded."""
+DOSE = "dose_"
+"""Beginning of the names of those that tell how much of a disturbance is survived (`simprep stability`), which also do."""
 
 Summary = dict[str, float | int | None]
 
@@ -48,7 +50,7 @@ def paired_differences(
 ) -> dict[str, dict[str, Summary]]:
     """`with_arm` minus `without_arm` over cases that agree in target, alpha, seed and controller.
 
-    A pair in which either arm failed counts in `SURVIVAL`, `n_failed_with` and `n_failed_without`, but in no other
+    A pair in which either arm failed counts in `SURVIVAL`, in doses, `n_failed_with` and `n_failed_without`, but in no other
     metric. So an arm that fails the hardest cases looks better in the other medians than it is; read them with the
     counts. Returns {controller: {metric: {n, median, low, high, n_failed_with, n_failed_without}}}.
 
@@ -83,7 +85,7 @@ def _compare(
     for first, second in pairs:
         a, b = _number(first.get(name)), _number(second.get(name))
         both_succeeded = bool(first["success"]) and bool(second["success"])
-        if a is not None and b is not None and (both_succeeded or name in SURVIVAL):
+        if a is not None and b is not None and (both_succeeded or name in SURVIVAL or name.startswith(DOSE)):
             differences.append(a - b)
     median, low, high = bootstrap_median(differences, generator, resamples=resamples)
     return {

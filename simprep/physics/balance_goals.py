@@ -80,7 +80,13 @@ class BalanceSettings:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            may_be_0 = name.endswith("weight") or name in ("step_share", "step_speed", "longest_step", "smoothing", "regularisation")
+            may_be_0 = name.endswith("weight") or name in (
+                "step_share",
+                "step_speed",
+                "longest_step",
+                "smoothing",
+                "regularisation",
+            )
             if not (0 <= value < np.inf if may_be_0 else 0 < value < np.inf):
                 raise SettingError(f"balance: {name} {value}; valid: {'0 or more' if may_be_0 else 'above 0'}")
 
@@ -222,7 +228,20 @@ def balance_tasks(
         for side, foot in enumerate(body.feet):
             near = np.clip((s.step_height - reference.clearance[step, foot]) / s.step_band, 0.0, 1.0)
             if foot not in supporting and near > 0:
-                rows.append(_swing(goal, step, side, foot, aside, -s.step_speed*slower[:2], data, body, s, s.foot_weight * float(near)))
+                rows.append(
+                    _swing(
+                        goal,
+                        step,
+                        side,
+                        foot,
+                        aside,
+                        -s.step_speed * slower[:2],
+                        data,
+                        body,
+                        s,
+                        s.foot_weight * float(near),
+                    )
+                )
     matrix, prices, target = (np.concatenate(part) for part in zip(*rows))
     weighted = matrix.T * prices
     normal = weighted @ matrix

@@ -3,8 +3,9 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
-from simprep.errors import UnknownNameError
+from simprep.errors import SettingError, UnknownNameError
 from simprep.physics.settings import SimulationSettings
+from simprep.study.push_limits import PushSettings
 
 PUSH_LEVELS_N = (0.0, 50.0, 100.0, 200.0, 400.0, 800.0, 1600.0)
 """Forces of the scan [N]."""
@@ -108,3 +109,39 @@ def measures_of(controller: str, names: tuple[str, ...] = ()) -> tuple[str, ...]
         if name not in has:
             raise UnknownNameError(f"measure of {controller}", name, has)
     return tuple(name for name in has if not names or name in names)
+
+
+EIGHT_DEG = tuple(45.0 * k for k in range(8))
+
+
+@dataclass(frozen=True)
+class StabilitySettings:
+    """What is measured, and how closely.
+
+    Attributes:
+        measures: names of `simprep.study.doses.MEASURES`; empty for all that the controller has.
+        directions_deg: of the pushes, against the motion's heading: 0 forward, 90 left [degrees].
+        duration_s: of a push [s].
+        segment: that is pushed.
+        halvings: of the interval between two levels of a scan.
+        seeds: of the random generators; without random numbers only the first is run.
+
+    Raises:
+        SettingError: seeds or directions that are missing or repeated, or halvings out of range.
+    """
+
+    measures: tuple[str, ...] = ()
+    directions_deg: tuple[float, ...] = EIGHT_DEG
+    duration_s: float = 0.2
+    segment: str = "pelvis"
+    halvings: int = 3
+    seeds: tuple[int, ...] = (0, 1, 2)
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.halvings <= 20:
+            raise SettingError(f"{self.halvings} halvings; valid: 0 to 20")
+        self.push(0.0)
+
+    def push(self, at_s: float) -> PushSettings:
+        """The pushes of one moment."""
+        return PushSettings(at_s, self.directions_deg, self.duration_s, self.segment, seeds=self.seeds)

@@ -7,6 +7,7 @@ from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.motion import Motion
 from simprep.physics.tracker import CONTROLLERS
 from simprep.preparation.scenario import ARMS, AlphaProfile
+from simprep.study.doses import StabilitySettings
 
 ARM_LABELS = {
     "none": "no preparation",
@@ -62,6 +63,8 @@ class StudyPlan:
         controllers: which of `CONTROLLERS`.
         seeds: seeds of the random controllers; a deterministic one runs the first only.
         profile: how the level of preparation rises; its own level is replaced by each of `alphas`.
+        dose: how much of each disturbance every case takes is measured too, by this; its seeds are the case's. A controller
+            without a measure leaves it out. None for not at all.
 
     Raises:
         SettingError: something is empty or repeated, or a level outside 0 to 1.
@@ -75,6 +78,7 @@ class StudyPlan:
     controllers: tuple[str, ...] = ("pd", "mpc")
     seeds: tuple[int, ...] = (0,)
     profile: AlphaProfile = QUICK_PROFILE
+    dose: StabilitySettings | None = None
 
     def __post_init__(self) -> None:
         names = tuple(target.name for target in self.targets)

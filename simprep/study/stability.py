@@ -9,50 +9,14 @@ import numpy as np
 from rich.table import Table
 from rich.text import Text
 
-from simprep.errors import SettingError
 from simprep.motion.motion import Motion
 from simprep.physics.run import DONE
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 from simprep.study.bisection import DoseLimit, first_failure
-from simprep.study.doses import DOSES, LAUNCH, PUSH_LEVELS_N, STANCE, Dose, measures_of
+from simprep.study.doses import DOSES, LAUNCH, PUSH_LEVELS_N, STANCE, Dose, StabilitySettings, measures_of
 from simprep.study.plan import DETERMINISTIC
-from simprep.study.push_limits import PushSettings, PushTrial
-
-EIGHT_DEG = tuple(45.0 * k for k in range(8))
-
-
-@dataclass(frozen=True)
-class StabilitySettings:
-    """What is measured, and how closely.
-
-    Attributes:
-        measures: names of `simprep.study.doses.MEASURES`; empty for all that the controller has.
-        directions_deg: of the pushes, against the motion's heading: 0 forward, 90 left [degrees].
-        duration_s: of a push [s].
-        segment: that is pushed.
-        halvings: of the interval between two levels of a scan.
-        seeds: of the random generators; without random numbers only the first is run.
-
-    Raises:
-        SettingError: seeds or directions that are missing or repeated, or halvings out of range.
-    """
-
-    measures: tuple[str, ...] = ()
-    directions_deg: tuple[float, ...] = EIGHT_DEG
-    duration_s: float = 0.2
-    segment: str = "pelvis"
-    halvings: int = 3
-    seeds: tuple[int, ...] = (0, 1, 2)
-
-    def __post_init__(self) -> None:
-        if not 0 <= self.halvings <= 20:
-            raise SettingError(f"{self.halvings} halvings; valid: 0 to 20")
-        self.push(0.0)
-
-    def push(self, at_s: float) -> PushSettings:
-        """The pushes of one moment."""
-        return PushSettings(at_s, self.directions_deg, self.duration_s, self.segment, seeds=self.seeds)
+from simprep.study.push_limits import PushTrial
 
 
 @dataclass(frozen=True)
