@@ -2,16 +2,13 @@
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 import tyro
 
 from simprep.cli import output as output_module
 from simprep.cli.library import LibraryFolder
 from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet, Robot
-
-if TYPE_CHECKING:
-    from simprep.study.stability import Stability
 
 
 @dataclass(frozen=True)
@@ -78,8 +75,9 @@ class StabilityCommand(BaseCommand):
         from simprep.report.gl import pictures_or_warning
         from simprep.report.results import provenance, save_json
         from simprep.report.stability_figure import plot_stability
-        from simprep.study.doses import measures_of
-        from simprep.study.stability import StabilitySettings, content_of, stability
+        from simprep.study.doses import StabilitySettings, measures_of
+        from simprep.study.stability import stability
+        from simprep.study.stability_results import content_of, stability_table
 
         measures_of(self.controller, self.measures)
         if not 1 <= self.seeds <= 1000:
@@ -130,12 +128,6 @@ class StabilityCommand(BaseCommand):
         }
         save_json(folder / "metrics.json", content)
         output.say(title)
-        _say_table(result, output)
+        output.say(stability_table(result))
         output.say(f"{result.runs} runs; written: {', '.join(map(str, files))}")
         return content
-
-
-def _say_table(result: "Stability", output: Output) -> None:
-    from simprep.study.stability import stability_table
-
-    output.say(stability_table(result))

@@ -69,7 +69,6 @@ class BalanceSettings:
     foot_weight: float = 50.0
     step_share: float = 1.0
     longest_step: float = 0.6
-    step_speed: float = 0.0
     step_height: float = 0.15
     step_band: float = 0.05
     reach: float = 0.005
@@ -80,13 +79,7 @@ class BalanceSettings:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            may_be_0 = name.endswith("weight") or name in (
-                "step_share",
-                "step_speed",
-                "longest_step",
-                "smoothing",
-                "regularisation",
-            )
+            may_be_0 = name.endswith("weight") or name in ("step_share", "longest_step", "smoothing", "regularisation")
             if not (0 <= value < np.inf if may_be_0 else 0 < value < np.inf):
                 raise SettingError(f"balance: {name} {value}; valid: {'0 or more' if may_be_0 else 'above 0'}")
 
@@ -228,20 +221,7 @@ def balance_tasks(
         for side, foot in enumerate(body.feet):
             near = np.clip((s.step_height - reference.clearance[step, foot]) / s.step_band, 0.0, 1.0)
             if foot not in supporting and near > 0:
-                rows.append(
-                    _swing(
-                        goal,
-                        step,
-                        side,
-                        foot,
-                        aside,
-                        -s.step_speed * slower[:2],
-                        data,
-                        body,
-                        s,
-                        s.foot_weight * float(near),
-                    )
-                )
+                rows.append(_swing(goal, step, side, foot, aside, data, body, s, s.foot_weight * float(near)))
     matrix, prices, target = (np.concatenate(part) for part in zip(*rows))
     weighted = matrix.T * prices
     normal = weighted @ matrix
@@ -255,7 +235,6 @@ def _swing(
     side: int,
     foot: int,
     aside: FloatArray,
-    faster: FloatArray,
     data: mujoco.MjData,
     body: SceneBody,
     settings: BalanceSettings,
@@ -270,7 +249,6 @@ def _swing(
     mujoco.mj_objectAcceleration(data.model, data, mujoco.mjtObj.mjOBJ_XBODY, segment, turning, 0)
     drift = turning[3:] - [0.0, 0.0, GRAVITY]  # MuJoCo's accelerations are those against free fall
     speed = goal.foot_velocity[step, side] - jacobian @ data.qvel[body.qvel]
-    speed[:2] += faster
     wanted = goal.foot_acceleration[step, side] + settings.foot * place + 2 * np.sqrt(settings.foot) * speed
     return jacobian, np.full(3, price), wanted - drift
 

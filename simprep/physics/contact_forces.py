@@ -12,7 +12,7 @@ import daqp
 import numpy as np
 from scipy.linalg import lapack
 
-from simprep.arrays import FloatArray
+from simprep.arrays import FloatArray, IndexArray
 from simprep.physics.inverse_dynamics import PYRAMID_EDGES
 
 _MOST = 20.0  # body weights along one edge
@@ -48,7 +48,7 @@ class EquationsOfMotion:
     inertia: FloatArray
     bias: FloatArray
     jacobians: FloatArray
-    motors: FloatArray
+    motors: IndexArray
     torque_limits: FloatArray
     weight: float
 

@@ -20,7 +20,7 @@ def plot_stability(measures: Mapping[str, Mapping[str, Any]], path: str | Path, 
     """Largest pushes by direction, forward up, and the share of seeds that complete each level, harder to the right.
 
     Args:
-        measures: as in the `measures` of `simprep.study.stability.content_of`, one or more.
+        measures: as in the `measures` of `simprep.study.stability_results.content_of`, one or more.
         path: the PNG file.
         title: heading of the figure.
     """

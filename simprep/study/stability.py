@@ -3,11 +3,8 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
-from typing import Any
 
 import numpy as np
-from rich.table import Table
-from rich.text import Text
 
 from simprep.motion.motion import Motion
 from simprep.physics.run import DONE
@@ -17,6 +14,11 @@ from simprep.study.bisection import DoseLimit, first_failure
 from simprep.study.doses import DOSES, LAUNCH, PUSH_LEVELS_N, STANCE, Dose, StabilitySettings, measures_of
 from simprep.study.plan import DETERMINISTIC
 from simprep.study.push_limits import PushTrial
+
+
+def number_of(limit: DoseLimit) -> float:
+    """The hardest dose survived; no disturbance at all where the motion is not completed undisturbed."""
+    return limit.levels[0] if limit.survived is None else limit.survived
 
 
 @dataclass(frozen=True)
@@ -49,7 +51,7 @@ class MeasureLimits:
 
         A motion that is not completed undisturbed counts as one that takes no disturbance at all.
         """
-        by_seed = np.array([[_number(limit) for limit in row] for row in self.limits])  # (directions, seeds)
+        by_seed = np.array([[number_of(limit) for limit in row] for row in self.limits])  # (directions, seeds)
         if not self.directions_deg:
             return {DOSES[self.name].key: float(np.median(by_seed))}
         return {
@@ -214,10 +216,6 @@ class _Search:
             self._tell(what, self._finished, self._total)
 
 
-def _number(limit: DoseLimit) -> float:
-    return limit.levels[0] if limit.survived is None else limit.survived
-
-
 def _whole_numbers(limit: DoseLimit, whole: bool) -> DoseLimit:
     if not whole:
         return limit
@@ -249,56 +247,3 @@ def _moments(
         else:
             moments[name] = at
     return moments, left_out
-
-
-def content_of(result: Stability) -> dict[str, Any]:
-    """A result in JSON's types: the doses, and of each measure every seed's limit and the share that completed each level."""
-    return {
-        **result.doses(),
-        "falls_undisturbed": result.falls_undisturbed,
-        "left_out": dict(result.left_out),
-        "runs": result.runs,
-        "assist_n": result.assist_n,
-        "measures": {one.name: _measure_content(one) for one in result.measured},
-    }
-
-
-def _measure_content(one: MeasureLimits) -> dict[str, Any]:
-    unit = "_n" if one.directions_deg else "_s" if DOSES[one.name].key.endswith("_s") else ""
-    limits = one.all_limits
-    numbers = [[_number(limit) for limit in row] for row in one.limits]
-    content: dict[str, Any] = {
-        "seeds": list(one.seeds),
-        f"levels{unit}": list(limits[0].levels),
-        "completed_share": np.mean([limit.completed for limit in limits], axis=0).tolist(),
-        f"survived{unit}": [[limit.survived for limit in row] for row in one.limits],
-        f"failed{unit}": [[limit.failed for limit in row] for row in one.limits],
-        "monotone_share": float(np.mean([limit.monotone for limit in limits])),
-        "never_failed_share": float(np.mean([limit.failed is None for limit in limits])),
-    }
-    for label, combine in (("median", np.median), ("low", np.min), ("high", np.max)):
-        values = [float(combine(row)) for row in numbers]
-        content[f"{label}{unit}"] = values if one.directions_deg else values[0]
-    if one.directions_deg:
-        content.update(directions_deg=list(one.directions_deg), at_s=one.at_s, watched_s=one.watched_s)
-    return content
-
-
-def stability_table(result: Stability) -> Table:
-    """The limits for people: median over the seeds, least and largest, and the share of searches beyond whose first failure all failed."""
-    table = Table()
-    for heading in ("measure", "limit", "least to largest", "monotone", "never failed"):
-        table.add_column(heading, justify="left" if heading == "measure" else "right")
-    for one in result.measured:
-        rows = zip(one.directions_deg or (None,), one.limits)
-        for direction, limits in rows:
-            label = DOSES[one.name].words if direction is None else f"{one.name}, {direction:g} degrees [N]"
-            numbers = [_number(limit) for limit in limits]
-            table.add_row(
-                Text(label),
-                f"{np.median(numbers):.3g}",
-                f"{min(numbers):.3g} to {max(numbers):.3g}" if len(numbers) > 1 else "-",
-                f"{sum(limit.monotone for limit in limits)}/{len(limits)}",
-                f"{sum(limit.failed is None for limit in limits)}/{len(limits)}",
-            )
-    return table

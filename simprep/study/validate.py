@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -89,9 +90,7 @@ def run_study(
                 settings,
                 progress=lambda share, label=label, done=done: tell(label, done + share),  # type: ignore[misc]
             )
-            doses = _doses(
-                plan, case, motion, settings, lambda what, label=label, done=done: tell(f"{label}: {what}", done)
-            )  # type: ignore[misc]
+            doses = _doses(plan, case, motion, settings, partial(_tell_dose, tell, label, done))
             known[key] = _keep(study, case, run, doses, motions_folder)
         study.complete = True
     except KeyboardInterrupt:
@@ -116,8 +115,16 @@ def _build(study: Study, condition: Condition, folder: Path | None) -> None:
         study.files.append(save_motion(motion, folder / f"{condition.slug}.npz"))
 
 
+def _tell_dose(tell: Callable[[str, float], None], label: str, done: int, what: str, *_: int) -> None:
+    tell(f"{label}: {what}", done)
+
+
 def _doses(
-    plan: StudyPlan, case: Case, motion: Motion, settings: SimulationSettings | None, tell: Callable[[str], None]
+    plan: StudyPlan,
+    case: Case,
+    motion: Motion,
+    settings: SimulationSettings | None,
+    tell: Callable[[str, int, int], None],
 ) -> dict[str, Any]:
     """How much of each disturbance a case takes (`simprep.study.stability.Stability.doses`); nothing where that was not asked for."""
     if plan.dose is None:
@@ -128,7 +135,7 @@ def _doses(
     if not measures:
         return {}
     wish = replace(plan.dose, measures=measures, seeds=(case.seed,))
-    result = stability(motion, wish, case.controller, settings, lambda what, *_: tell(what))
+    result = stability(motion, wish, case.controller, settings, tell)
     return {**result.doses(), "dose_falls_undisturbed": result.falls_undisturbed, "dose_assist_n": result.assist_n}
 
 

@@ -15,7 +15,9 @@ from simprep.motion.store import save_motion
 from simprep.physics.settings import SimulationSettings
 from simprep.study import push_limits
 from simprep.study import stability as module
-from simprep.study.stability import StabilitySettings, content_of, launch_of, mid_stance_of, stability
+from simprep.study.doses import StabilitySettings
+from simprep.study.stability import launch_of, mid_stance_of, stability
+from simprep.study.stability_results import content_of
 
 FPS = 30.0
 
