@@ -65,7 +65,7 @@ class BalanceSettings:
     orientation_weight: float = 50.0
     com_weight: float = 30.0
     contact_weight: float = 30.0
-    landing_weight: float = 10.0
+    landing_weight: float = 50.0
     foot_weight: float = 50.0
     step_share: float = 1.0
     longest_step: float = 0.6
