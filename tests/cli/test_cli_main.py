@@ -173,17 +173,8 @@ def test_every_command_has_json_and_quiet(words, kind, monkeypatch, capsys):
     )
     if needed is None:
         takes_one = (
-            "track",
-            "push",
-            "stability",
-            "import",
-            "check-motion",
-            "join",
-            "label",
-            "analyse",
-            "show",
-            "describe",
-        )
+            "track", "push", "stability", "import", "check-motion", "join", "label", "analyse", "show", "describe"
+        )  # fmt: skip
         needed = ["x"] if words[-1] in takes_one else []
     printed = {}
     for flags in ([], ["--quiet"], ["--json"], ["--json", "--quiet"]):
