@@ -54,8 +54,14 @@ def _horizon(simulation: SimulationSettings, dose: float) -> SimulationSettings:
 
 def _samples(simulation: SimulationSettings, dose: float) -> SimulationSettings:
     mpc, count = simulation.mpc, round(dose)
-    refined = max(len(mpc.damping), round(mpc.refined * count / mpc.samples))
-    return replace(simulation, mpc=replace(mpc, samples=count, keep=min(mpc.keep, count - 3), refined=refined))
+    share, keep = count / mpc.samples, min(mpc.keep, count - 3)
+
+    def fewer(samples: int, refined: int) -> tuple[int, int]:
+        return max(keep + 3, round(share * samples)), max(len(mpc.damping), round(share * refined))
+
+    harder = tuple((cost, *fewer(samples, refined)) for cost, samples, refined in mpc.harder)
+    samples, refined = fewer(mpc.samples, mpc.refined)
+    return replace(simulation, mpc=replace(mpc, samples=samples, keep=keep, refined=refined, harder=harder))
 
 
 def _frictions(simulation: SimulationSettings) -> tuple[float, ...]:
