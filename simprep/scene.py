@@ -12,6 +12,7 @@ from simprep.humanoid_model import humanoid
 
 DEFAULT_TIMESTEP_S = 1.0 / 480.0
 """Half of it moves the medians of paired runs by under 5 % (`scripts/timestep_study.py`), twice by up to a fifth."""
+DEFAULT_FRICTION = 1.0
 FLOOR_BIT = 1
 OBJECT_BIT = 2**10
 _BODY_BITS = 9  # the collision bits between floor and objects
@@ -53,7 +54,7 @@ class SceneSettings:
     bodies: tuple[Character, ...] = (humanoid(),)
     obstacles: tuple[Obstacle, ...] = ()
     timestep: float = DEFAULT_TIMESTEP_S
-    friction: float = 1.0
+    friction: float = DEFAULT_FRICTION
 
 
 def body_prefix(number: int, count: int) -> str:
@@ -133,7 +134,7 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
     any_body = _code_mask(max(count, 2)) << 1
     floor.contype, floor.conaffinity = FLOOR_BIT, any_body
     floor.friction = [settings.friction, 0.005, 0.0001]
-    if settings.friction < SceneSettings.friction:
+    if settings.friction < DEFAULT_FRICTION:
         floor.priority = 1  # of equal priorities MuJoCo takes the larger friction: a body's 1 would hold on ice too
     for obstacle in settings.obstacles:
         _add_obstacle(spec, obstacle, any_body)

@@ -90,3 +90,15 @@ def test_the_friction_of_the_floor_is_that_of_soles_on_it(count: int, friction: 
     found = [contact.friction[0] for contact in data.contact if floor in contact.geom]
     assert len(found) >= 6 * count
     np.testing.assert_allclose(found, holds)
+
+
+@pytest.mark.parametrize("friction", [0.05, 1.0, 1.4])
+def test_the_floor_is_as_slippery_as_was_asked_for(friction: float) -> None:
+    model = build_scene(SceneSettings(friction=friction))
+    data = mujoco.MjData(model)
+    data.qpos[2] -= 0.002
+    mujoco.mj_forward(model, data)
+    floor = (data.contact.geom == model.geom("floor").id).any(axis=1)
+    assert floor.sum() == 8
+    np.testing.assert_array_equal(data.contact.friction[floor, :2], friction)
+    np.testing.assert_allclose(data.contact.solref[floor, 0], 0.01)  # as hard as before

@@ -18,6 +18,7 @@ from simprep.cli.graph import Graph
 from simprep.cli.import_motion import Import
 from simprep.cli.margins import MarginsCommand
 from simprep.cli.push import PushCommand
+from simprep.cli.stability import StabilityCommand
 from simprep.cli.sweep import SweepCommand
 from simprep.cli.track import Track
 from simprep.cli.train import Train
@@ -33,6 +34,7 @@ Command = (
     | Annotated[PushCommand, tyro.conf.subcommand("push")]
     | Annotated[MarginsCommand, tyro.conf.subcommand("margins")]
     | Annotated[SweepCommand, tyro.conf.subcommand("sweep")]
+    | Annotated[StabilityCommand, tyro.conf.subcommand("stability")]
     | Annotated[Import, tyro.conf.subcommand("import")]
     | Annotated[Convert, tyro.conf.subcommand("convert")]
     | Annotated[CheckMotion, tyro.conf.subcommand("check-motion")]

@@ -37,8 +37,9 @@ class Track(BaseCommand):
     """A motion of the library (`simprep library list` lists them) or a motion file (docs/formats.md), or a folder with one
     .npz motion."""
 
-    controller: Literal["mpc", "pd"] = "mpc"
-    """mpc: servo targets corrected by receding-horizon sampling; pd: servos to the motion, nothing else."""
+    controller: Literal["mpc", "balance", "pd"] = "mpc"
+    """mpc: servo targets corrected by receding-horizon sampling; balance: keeps its balance without looking ahead; pd: servos to the
+    motion, nothing else."""
 
     preset: Preset = "default"
 

@@ -12,6 +12,7 @@ from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet, Robot
 
 if TYPE_CHECKING:
     from simprep.motion.motion import Motion
+    from simprep.study.doses import StabilitySettings
     from simprep.study.plan import StudyPlan
 
 DEFAULT_TARGETS = ("punch_right", "kick_front", "crawl")
@@ -55,16 +56,28 @@ class Validate(BaseCommand):
     )
     """Arms to compare; dynamic balances the extrapolated COM, and lets hips and pelvis help (docs/optimiser.md)."""
 
-    controllers: tuple[Literal["pd", "mpc"], ...] = ("pd", "mpc")
+    controllers: tuple[Literal["pd", "balance", "mpc"], ...] = ("pd", "mpc")
     """Controllers to simulate with."""
 
     preset: Preset = "default"
 
     seeds: int = 1
-    """Number of seeds, from 0. pd has no random numbers and runs once."""
+    """Number of seeds, from 0. pd and balance have no random numbers and run once."""
 
     full: bool = False
     """Six targets of all kinds and levels 0.3, 0.5, 0.7, 1, where not given otherwise."""
+
+    dose: Annotated[
+        tuple[Literal["all", "push_launch", "push_stance", "friction", "strength", "noise", "horizon", "samples"], ...],
+        NO_DEFAULT,
+    ] = ()
+    """Also measure how much of these disturbances each case takes (docs/stability.md); default none."""
+
+    dose_directions: int = 4
+    """Of the pushes, evenly around the body."""
+
+    dose_halvings: int = 2
+    """How often the interval between the last level survived and the first that is not is halved."""
 
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="DIR")] = Path("results/validate")
     """Folder for the results."""
@@ -130,6 +143,21 @@ class Validate(BaseCommand):
             arms=self.arms,
             controllers=self.controllers,
             seeds=tuple(range(self.seeds)),
+            dose=self._dose(),
+        )
+
+    def _dose(self) -> "StabilitySettings | None":
+        from simprep.errors import SettingError
+        from simprep.study.doses import StabilitySettings
+
+        if not self.dose:
+            return None
+        if not 1 <= self.dose_directions <= 360:
+            raise SettingError(f"--dose-directions {self.dose_directions}; valid: 1 to 360")
+        return StabilitySettings(
+            measures=() if "all" in self.dose else tuple(self.dose),
+            directions_deg=tuple(360 * k / self.dose_directions for k in range(self.dose_directions)),
+            halvings=self.dose_halvings,
         )
 
     def _marked(self, target: "Motion") -> "Motion":

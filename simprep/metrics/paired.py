@@ -8,6 +8,8 @@ import numpy as np
 MATCHED_ON = ("target", "alpha", "seed", "controller")
 SURVIVAL = ("success", "completed_share", "survived_s")
 """Metrics that mean something for a fall too: compared over all pairs, others only where both arms succeeded."""
+DOSE = "dose_"
+"""Beginning of the names of those that tell how much of a disturbance is survived (`simprep stability`), which also do."""
 
 Summary = dict[str, float | int | None]
 Pair = tuple[Mapping[str, Any], Mapping[str, Any]]
@@ -50,7 +52,7 @@ def paired_differences(
 ) -> dict[str, dict[str, Summary]]:
     """`with_arm` minus `without_arm` over cases that agree in target, alpha, seed and controller.
 
-    A pair in which either arm failed counts in `SURVIVAL`, `n_failed_with` and `n_failed_without`, but in no other
+    A pair in which either arm failed counts in `SURVIVAL`, in doses, `n_failed_with` and `n_failed_without`, but in no other
     metric. So an arm that fails the hardest cases looks better in the other medians than it is; read them with the
     counts. Returns {controller: {metric: {n, median, low, high, n_failed_with, n_failed_without}}}.
 
@@ -94,12 +96,16 @@ def matched_pairs(
 def difference(name: str, pair: Pair) -> float | None:
     """A metric of the first of a pair minus that of the second.
 
-    None where one lacks it, or where one failed and the metric is not one of `SURVIVAL`.
+    None where one lacks it, or where one failed and the metric is neither one of `SURVIVAL` nor a dose.
     """
     first, second = pair
     a, b = _number(first.get(name)), _number(second.get(name))
     both_succeeded = bool(first["success"]) and bool(second["success"])
-    return a - b if a is not None and b is not None and (both_succeeded or name in SURVIVAL) else None
+    return (
+        a - b
+        if a is not None and b is not None and (both_succeeded or name in SURVIVAL or name.startswith(DOSE))
+        else None
+    )
 
 
 def _compare(name: str, pairs: list[Pair], generator: np.random.Generator, resamples: int) -> Summary:

@@ -18,7 +18,8 @@ from simprep.humanoid_model import GRAVITY
 from simprep.physics.bodies import scene_bodies
 from simprep.physics.reference import Reference
 
-_EDGES = np.array([[1.0, 0, 1], [-1, 0, 1], [0, 1, 1], [0, -1, 1]])
+PYRAMID_EDGES = np.array([[1.0, 0, 1], [-1, 0, 1], [0, 1, 1], [0, -1, 1]])
+"""(4, 3) edges of the friction pyramid for a coefficient of 1, upwards."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +63,7 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
     qacc = np.gradient(qvel, 1 / fps, axis=0)
     stride = max(1, round(fps / settings.rate))
     frames = np.unique(np.append(np.arange(0, len(qvel), stride), len(qvel) - 1))
-    candidates = _contact_candidates(model)
+    candidates = contact_candidates(model)
     joints = scene_bodies(model, (reference.motion.character,))[0].joint_qvel
     torques = np.empty((len(frames), model.nu))
     for row, frame in enumerate(frames):
@@ -83,7 +84,7 @@ def nonnegative_least_squares(matrix: FloatArray, wanted: FloatArray) -> FloatAr
         return np.maximum(lsq_linear(matrix, wanted, bounds=(0.0, np.inf), tol=1e-10).x, 0.0)
 
 
-def _contact_candidates(model: mujoco.MjModel) -> list[tuple[int, int, FloatArray, float]]:
+def contact_candidates(model: mujoco.MjModel) -> list[tuple[int, int, FloatArray, float]]:
     """Points that can touch the floor: (body, geom, centre in the geom's frame, radius about it)."""
     return [
         (int(model.geom_bodyid[geom]), geom, centre, radius)
@@ -111,7 +112,7 @@ def _contact_torques(
             heights.append(max(height, 0.0))
     if not jacobians:
         return np.zeros(model.nv)
-    edges = _EDGES * [settings.friction, settings.friction, 1.0]
+    edges = PYRAMID_EDGES * [settings.friction, settings.friction, 1.0]
     columns = np.concatenate([edges @ jac for jac in jacobians])  # (4 points, nv): generalised force of unit pushes
     weight = model.body_mass.sum() * GRAVITY
     # a point just above the floor in the reference is less likely to bear load in the simulation

@@ -25,7 +25,7 @@ def simulate(
     Args:
         motions: what each body tracks, up to `simprep.scene.BODY_LIMIT`, of equal length and rate, in one frame. Loops
             are tracked for one cycle (see `simprep.motion.edit.repeat`).
-        controller: `pd`, `mpc` (which plans all bodies jointly), or your own class or function
+        controller: `pd`, `balance`, `mpc` (which plans all bodies jointly), or your own class or function
             (`simprep.physics.controller`).
         seed: of the controller's random generator.
         settings: scene, reference processing, configuration of `mpc`.
@@ -61,7 +61,7 @@ def track(
 
     Args:
         motion: what to track.
-        controller: `pd`, `mpc` or your own.
+        controller: `pd`, `balance`, `mpc` or your own.
         seed: of the controller's random generator.
         settings: as of `simulate`.
         progress: as of `simulate`.

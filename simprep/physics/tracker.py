@@ -26,6 +26,7 @@ from simprep.character import Character
 from simprep.errors import SettingError, UnknownNameError
 from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
+from simprep.physics.balance import BalanceController
 from simprep.physics.bodies import scene_bodies
 from simprep.physics.contacts import BodyContact, ContactReader, merge_touches
 from simprep.physics.controller import Controller, ControllerFactory, ControlTask, PdController
@@ -42,7 +43,7 @@ from simprep.physics.settings import SimulationSettings
 from simprep.physics.speed_guard import SpeedGuard
 from simprep.scene import build_scene
 
-CONTROLLERS = ("pd", "mpc")
+CONTROLLERS = ("pd", "balance", "mpc")
 """Controllers known by name."""
 ASK_S = 1.0
 """A function that gives motions is asked when less than this is left [s]."""
@@ -97,7 +98,7 @@ class Tracker:
         characters: one body, or several that collide with each other.
         preset: `live`, `default` or `bake` (see `MPC_PRESETS`); None for `settings.mpc`.
         seed: of the controller's random generator.
-        controller: `mpc`, `pd` or your own (`simprep.physics.controller`).
+        controller: `mpc`, `balance`, `pd` or your own (`simprep.physics.controller`).
         settings: scene, reference processing, disturbances.
         stands: where a motion ends, its body brakes and stands, and falls end nothing; otherwise the first end of a
             motion and the first fall end the simulation.
@@ -411,6 +412,8 @@ def _targets(controller: Controller, step: int, data: mujoco.MjData, shape: tupl
 def _factory(controller: str | ControllerFactory, mpc: MpcSettings) -> ControllerFactory:
     if controller == "pd":
         return PdController
+    if controller == "balance":
+        return BalanceController
     if controller == "mpc":
         return partial(MpcController, settings=mpc)
     if isinstance(controller, str):

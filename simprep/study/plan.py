@@ -7,6 +7,7 @@ from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.motion import Motion
 from simprep.physics.tracker import CONTROLLERS
 from simprep.preparation.scenario import ALL_ARMS, ARMS, AlphaProfile
+from simprep.study.doses import StabilitySettings
 
 ARM_LABELS = {
     "none": "no preparation",
@@ -17,7 +18,7 @@ ARM_LABELS = {
 }
 BEFORE_PHYSICS = "motion"
 """What stands for a controller where the motion itself is measured."""
-DETERMINISTIC = ("pd",)
+DETERMINISTIC = ("pd", "balance")
 """Controllers without random numbers: only the first seed is run, as every seed gives the same run."""
 
 QUICK_PROFILE = AlphaProfile(lead=0.2, rise=1.0, hold=0.6)
@@ -46,7 +47,7 @@ class Condition:
 
 @dataclass(frozen=True)
 class Case:
-    """One simulation of the study: a condition, a controller (`pd` or `mpc`) and the seed of its random generator."""
+    """One simulation of the study: a condition, a controller (one of `CONTROLLERS`) and the seed of its random generator."""
 
     condition: Condition
     controller: str
@@ -65,6 +66,8 @@ class StudyPlan:
         controllers: which of `CONTROLLERS`.
         seeds: seeds of the random controllers; a deterministic one runs the first only.
         profile: how the level of preparation rises; its own level is replaced by each of `alphas`.
+        dose: how much of each disturbance every case takes is measured too, by this; its seeds are the case's. A controller
+            without a measure leaves it out. None for not at all.
 
     Raises:
         SettingError: something is empty or repeated, or a level outside 0 to 1.
@@ -75,9 +78,10 @@ class StudyPlan:
     targets: tuple[Motion, ...]
     alphas: tuple[float, ...] = (0.5, 1.0)
     arms: tuple[str, ...] = ARMS
-    controllers: tuple[str, ...] = CONTROLLERS
+    controllers: tuple[str, ...] = ("pd", "mpc")
     seeds: tuple[int, ...] = (0,)
     profile: AlphaProfile = QUICK_PROFILE
+    dose: StabilitySettings | None = None
 
     def __post_init__(self) -> None:
         names = tuple(target.name for target in self.targets)

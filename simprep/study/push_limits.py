@@ -15,6 +15,7 @@ from simprep.physics.pushes import Push
 from simprep.physics.run import DONE
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
+from simprep.study.bisection import narrow
 
 BEFORE_S, AFTER_S = 1.0, 3.0
 """What is simulated of a motion before a push begins and after it ends, as far as the motion has it [s]."""
@@ -86,11 +87,65 @@ def largest_survived(survives: Callable[[float], bool], largest: float, toleranc
     Unless it is `largest`, a force that is larger by the tolerance at most was not survived. Where survival is not
     monotone in the force, this is one of several limits.
     """
-    low, high = 0.0, largest
-    while high - low > tolerance:
-        middle = (low + high) / 2
-        low, high = (middle, high) if survives(middle) else (low, middle)
+    halvings = max(0, int(np.ceil(np.log2(largest / tolerance) - 1e-9)))
+    low, high = narrow(survives, 0.0, largest, halvings)
     return largest if high == largest and survives(largest) else low  # tried last: it seldom is needed
+
+
+class PushTrial:
+    """Runs a motion with pushes of any size and direction at one moment: `BEFORE_S` before it, `AFTER_S` after it, or what there is.
+
+    Args:
+        motion: what to track.
+        settings: moment, duration and segment.
+        controller: as of `simprep.track`.
+        simulation: as of `simprep.track`; the push is added to its pushes.
+
+    Attributes:
+        watched_s: what is simulated after the push [s].
+        assist_n: largest external force of any run [N].
+
+    Raises:
+        SettingError: the push is not within the motion.
+        UnknownNameError: the body has no such segment.
+    """
+
+    def __init__(
+        self,
+        motion: Motion,
+        settings: PushSettings,
+        controller: str | ControllerFactory,
+        simulation: SimulationSettings,
+    ) -> None:
+        if settings.segment not in motion.character.segments:
+            raise UnknownNameError("segment", settings.segment, motion.character.segments)
+        end, duration = settings.at_s + settings.duration_s, (len(motion) - 1) / motion.fps
+        if not 0 <= settings.at_s < end < duration:
+            raise SettingError(
+                f"push from {settings.at_s:g} to {end:g} s; valid: within {motion.name}, 0 to {duration:g} s"
+            )
+        first = max(0, int((settings.at_s - BEFORE_S) * motion.fps))
+        self._clip = cut(motion, first, min(len(motion), int(np.ceil((end + AFTER_S) * motion.fps)) + 1))
+        self._start = settings.at_s - first / motion.fps
+        self._heading = float(yaw(motion.qpos[round(settings.at_s * motion.fps), 3:7]))
+        self._settings, self._controller, self._simulation = settings, controller, simulation
+        self.watched_s = (len(self._clip) - 1) / self._clip.fps - self._start - settings.duration_s
+        self.assist_n = 0.0
+
+    def completes(self, seed: int, direction_deg: float, force_n: float) -> bool:
+        """Whether a push is survived: neither a fall nor divergence.
+
+        Args:
+            seed: of the controller's random generator.
+            direction_deg: against the motion's heading [degrees].
+            force_n: how hard [N].
+        """
+        angle, s = self._heading + np.radians(direction_deg), self._settings
+        force = (float(force_n * np.cos(angle)), float(force_n * np.sin(angle)), 0.0)
+        pushes = (*self._simulation.pushes, Push(s.segment, self._start, s.duration_s, force))
+        run = track(self._clip, self._controller, seed, replace(self._simulation, pushes=pushes))
+        self.assist_n = max(self.assist_n, run.assist.force_n)
+        return run.end == DONE
 
 
 def push_limits(
@@ -114,35 +169,15 @@ def push_limits(
         simulation: as of `simprep.track`; the push is added to its pushes.
         on_progress: called with what is being done and the number of searches finished.
     """
-    if settings.segment not in motion.character.segments:
-        raise UnknownNameError("segment", settings.segment, motion.character.segments)
-    end, duration = settings.at_s + settings.duration_s, (len(motion) - 1) / motion.fps
-    if not 0 <= settings.at_s < end < duration:
-        raise SettingError(
-            f"push from {settings.at_s:g} to {end:g} s; valid: within {motion.name}, 0 to {duration:g} s"
-        )
-    first = max(0, int((settings.at_s - BEFORE_S) * motion.fps))
-    clip = cut(motion, first, min(len(motion), int(np.ceil((end + AFTER_S) * motion.fps)) + 1))
-    start = settings.at_s - first / motion.fps
-    heading = float(yaw(motion.qpos[round(settings.at_s * motion.fps), 3:7]))
-    simulation, assist = simulation or SimulationSettings(), []
-
-    def completes(seed: int, angle: float, force: float) -> bool:
-        push = Push(settings.segment, start, settings.duration_s, (force * np.cos(angle), force * np.sin(angle), 0.0))
-        run = track(clip, controller, seed, replace(simulation, pushes=(*simulation.pushes, push)))
-        assist.append(run.assist.force_n)
-        return run.end == DONE
-
-    fell = tuple(not completes(seed, 0.0, 0.0) for seed in settings.seeds)
+    trial = PushTrial(motion, settings, controller, simulation or SimulationSettings())
+    fell = tuple(not trial.completes(seed, 0.0, 0.0) for seed in settings.seeds)
     force_n: list[tuple[float, ...]] = []
     for direction in settings.directions_deg:
         row: list[float] = []
         for seed, falls in zip(settings.seeds, fell):
             if on_progress:
                 on_progress(f"{direction:g} degrees, seed {seed}", len(force_n) * len(fell) + len(row))
-            survives = partial(completes, seed, heading + np.radians(direction))
+            survives = partial(trial.completes, seed, direction)
             row.append(0.0 if falls else largest_survived(survives, settings.largest_n, settings.tolerance_n))
         force_n.append(tuple(row))
-    return PushLimits(
-        settings, tuple(force_n), fell, (len(clip) - 1) / clip.fps - start - settings.duration_s, max(assist)
-    )
+    return PushLimits(settings, tuple(force_n), fell, trial.watched_s, trial.assist_n)

@@ -1,6 +1,7 @@
 """The study as JSON: what `simprep validate` writes and prints."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -58,6 +59,7 @@ def plan_content(plan: StudyPlan, arguments: Sequence[str]) -> dict[str, Any]:
         "controllers": plan.controllers,
         "seeds": plan.seeds,
         "profile": {"lead_s": plan.profile.lead, "rise_s": plan.profile.rise, "hold_s": plan.profile.hold},
+        "dose": None if plan.dose is None else asdict(plan.dose),
         "deterministic_controllers": [name for name in plan.controllers if name in DETERMINISTIC],
         "paired_is": f"{WITH} minus {WITHOUT}, same target, level and seed; 95 % bootstrap interval of the median",
     }

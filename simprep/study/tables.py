@@ -7,6 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from simprep.study.compare import OTHER_OPTIMISER, WITH, WITHOUT, median_of, paired_before_physics, paired_by_controller
+from simprep.study.doses import DOSES
 from simprep.study.plan import ARM_LABELS, BEFORE_PHYSICS
 from simprep.study.validate import Study
 
@@ -40,6 +41,14 @@ PAIRED_ROWS: tuple[Column, ...] = (
     ("peak acceleration [rad/s2]", "peak_acceleration_rad_s2", ".1f"),
     ("peak torque [N m]", "peak_torque_nm", ".1f"),
 )
+DOSE_ROWS: tuple[Column, ...] = (
+    ("push at launch [N]", "dose_push_launch_n", ".0f"),
+    ("the same, weakest direction [N]", "dose_push_launch_least_n", ".0f"),
+    ("push in mid-stance [N]", "dose_push_stance_n", ".0f"),
+    ("the same, weakest direction [N]", "dose_push_stance_least_n", ".0f"),
+    *((dose.words, dose.key, ".3f") for dose in DOSES.values()),
+)
+"""Only where doses were measured."""
 
 
 def study_tables(study: Study) -> Iterator[Table]:
@@ -100,7 +109,8 @@ def _paired(study: Study, with_arm: str) -> Table:
     }
     for name in columns:
         table.add_column(name if name == BEFORE_PHYSICS else f"simulated, {name}", justify="right")
-    for heading, key, form in PAIRED_ROWS:
+    measured = [row for row in DOSE_ROWS if any(row[1] in paired for paired in columns.values())]
+    for heading, key, form in (*PAIRED_ROWS, *measured):
         table.add_row(Text(heading), *(_interval(paired.get(key), form) for paired in columns.values()))
     return table
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -13,7 +14,9 @@ from simprep.physics.run import Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 from simprep.preparation import scenario as make_scenario
+from simprep.study.doses import measures_of
 from simprep.study.plan import Case, Condition, StudyPlan
+from simprep.study.stability import stability
 
 
 @dataclass(frozen=True)
@@ -87,7 +90,8 @@ def run_study(
                 settings,
                 progress=lambda share, label=label, done=done: tell(label, done + share),  # type: ignore[misc]
             )
-            known[key] = _keep(study, case, run, motions_folder)
+            doses = _doses(plan, case, motion, settings, partial(_tell_dose, tell, label, done))
+            known[key] = _keep(study, case, run, doses, motions_folder)
         study.complete = True
     except KeyboardInterrupt:
         study.complete = False
@@ -111,8 +115,32 @@ def _build(study: Study, condition: Condition, folder: Path | None) -> None:
         study.files.append(save_motion(motion, folder / f"{condition.slug}.npz"))
 
 
-def _keep(study: Study, case: Case, run: Run, folder: Path | None) -> CaseResult:
-    metrics = evaluate_run(run)  # finds rise and launch in the reference's events
+def _tell_dose(tell: Callable[[str, float], None], label: str, done: int, what: str, *_: int) -> None:
+    tell(f"{label}: {what}", done)
+
+
+def _doses(
+    plan: StudyPlan,
+    case: Case,
+    motion: Motion,
+    settings: SimulationSettings | None,
+    tell: Callable[[str, int, int], None],
+) -> dict[str, Any]:
+    """How much of each disturbance a case takes (`simprep.study.stability.Stability.doses`); nothing where that was not asked for."""
+    if plan.dose is None:
+        return {}
+    measures = tuple(
+        name for name in measures_of(case.controller) if name in plan.dose.measures or not plan.dose.measures
+    )
+    if not measures:
+        return {}
+    wish = replace(plan.dose, measures=measures, seeds=(case.seed,))
+    result = stability(motion, wish, case.controller, settings, tell)
+    return {**result.doses(), "dose_falls_undisturbed": result.falls_undisturbed, "dose_assist_n": result.assist_n}
+
+
+def _keep(study: Study, case: Case, run: Run, doses: Mapping[str, Any], folder: Path | None) -> CaseResult:
+    metrics = {**evaluate_run(run), **doses}  # finds rise and launch in the reference's events
     simulated = run.simulated_motion() if case.seed == study.plan.seeds[0] else None
     result = CaseResult(case, metrics, simulated)
     study.results.append(result)

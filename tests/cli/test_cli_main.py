@@ -15,7 +15,7 @@ from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.store import read_run
 
-COMMANDS = ("validate", "track", "import", "library", "train", "approach", "graph", "push")
+COMMANDS = ("validate", "track", "import", "library", "train", "approach", "graph", "push", "stability")
 TRACK_KEYS = {
     "success", "end", "fell_at_s", "g_mpjpe_mm", "mpjpe_mm", "foot_slip_ratio", "penetration_mm", "s_per_s", "assist_n",
 }  # fmt: skip
@@ -181,6 +181,7 @@ def test_every_command_has_json_and_quiet(words, kind, monkeypatch, capsys):
             "push",
             "margins",
             "sweep",
+            "stability",
             "import",
             "check-motion",
             "join",

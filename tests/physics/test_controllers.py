@@ -68,9 +68,9 @@ def test_what_is_no_controller_is_refused() -> None:
 
     with pytest.raises(SettingError, match=r"controller 'noisy': target\(\) returned shape \(3,\); valid: \(37,\)"):
         track(standing(), Short)
-    with pytest.raises(SettingError, match=r"controller 3; valid: pd, mpc, or a class or function"):
+    with pytest.raises(SettingError, match=r"controller 3; valid: pd, balance, mpc, or a class or function"):
         track(standing(), 3)  # type: ignore[arg-type]
-    with pytest.raises(UnknownNameError, match="unknown controller 'lqr'; valid: pd, mpc"):
+    with pytest.raises(UnknownNameError, match="unknown controller 'lqr'; valid: pd, balance, mpc"):
         track(standing(), "lqr")
 
 

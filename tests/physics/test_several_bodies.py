@@ -203,7 +203,7 @@ def test_what_does_not_fit_together_is_refused() -> None:
     a, b = puncher(0.5)
     with pytest.raises(MotionError, match="has 30 frames at 60 per second, stands 20 at 60; the bodies of a scene"):
         simulate((a, cut(b, 0, 20)))
-    with pytest.raises(UnknownNameError, match="unknown controller 'lqr'; valid: pd, mpc"):
+    with pytest.raises(UnknownNameError, match="unknown controller 'lqr'; valid: pd, balance, mpc"):
         simulate((a, b), "lqr")
     with pytest.raises(SettingError, match="0 bodies in a scene; valid: 1 to 511"):
         simulate(())

@@ -148,5 +148,5 @@ def test_smoothing_keeps_lines_and_ends() -> None:
 
 
 def test_unknown_controller_lists_the_valid_ones() -> None:
-    with pytest.raises(UnknownNameError, match="unknown controller 'lqr'; valid: pd, mpc"):
+    with pytest.raises(UnknownNameError, match="unknown controller 'lqr'; valid: pd, balance, mpc"):
         track(standing(), "lqr")

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -185,3 +186,34 @@ def test_the_other_optimiser_is_an_arm_that_is_compared_too(fakes, tmp_path, cap
     assert content["paired_dynamic_before_physics"]["com_cos_mm"]["n"] == 2
     assert "preparation + dynamic optimisation minus preparation" in captured.err
     assert main(["validate", "--target", "a", "--arms", "magic", "-o", str(tmp_path)]) == 2
+
+
+def test_doses_are_measured_and_compared_in_pairs_falls_included(fakes, monkeypatch, tmp_path, capsys):
+    fakes()
+    wishes = []
+
+    def fake_stability(motion, wish, controller, settings, on_progress):
+        wishes.append((controller, wish))
+        lean = -float(motion.qpos[0, 7 + humanoid().joint("lumbar_flexion")])
+        on_progress("friction, seed 0", 0, 1)
+        return SimpleNamespace(
+            doses=lambda: {"dose_friction": 0.2 + lean}, falls_undisturbed=controller == "pd", assist_n=0.0
+        )
+
+    monkeypatch.setattr("simprep.study.validate.stability", fake_stability)
+    arguments = ["validate", "--target", "a", "b", "--controllers", "pd", "balance", "--dose", "friction", "horizon"]
+    assert main([*arguments, "-o", str(tmp_path), "--json", "--no-pictures"]) == 0
+    printed = capsys.readouterr()
+    content = json.loads(printed.out)
+    written = json.loads((tmp_path / "metrics.json").read_text())
+    assert written["dose"]["measures"] == ["friction", "horizon"]
+    assert {(controller, wish.measures, wish.seeds) for controller, wish in wishes} == {
+        ("pd", ("friction",), (0,)),
+        ("balance", ("friction",), (0,)),
+    }
+    for controller in ("pd", "balance"):  # optimised leans less by 0.055 and 0.11, at levels 0.5 and 1
+        found = content["paired"][controller]["dose_friction"]
+        assert found["n"] == 4
+        assert found["median"] == pytest.approx(-0.0825)
+    assert "lowest friction" in printed.err
+    assert "horizon" not in str(content["cases"][0])

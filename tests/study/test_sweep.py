@@ -100,7 +100,7 @@ def test_clips_are_names_files_folders_and_globs(tmp_path):
         ("seeds = 3", "nothing to run; valid: clips, or locomotions with targets"),
         ("targets = ['jump']", "need each other"),
         ("clips = ['walk']\nseeds = 0", "seeds = 0; valid"),
-        ("clips = ['walk']\ncontrollers = ['best']", "unknown controller 'best'; valid: pd, mpc"),
+        ("clips = ['walk']\ncontrollers = ['best']", "unknown controller 'best'; valid: pd, balance, mpc"),
         ("clips = ['walk']\npreset = 'fast'", "unknown preset 'fast'"),
         ("clips = ['walk']\ndisturbances = ['storm']", "unknown disturbance 'storm'; valid: nominal, push"),
         ("clips = ['walk']\n[disturbance.a]\nfriktion = 1", "unknown key of disturbance.a 'friktion'"),
