@@ -98,6 +98,7 @@ def page_html(page: Page) -> str:
     from simprep import __version__
 
     tables = "".join(f'<div class="scroll">{table_html(table)}</div>' for table in page.tables)
+    pictures = "".join(_figure_html(picture) for picture in page.pictures)
     return _filled(
         "page.html",
         version=escape(__version__),
@@ -106,7 +107,7 @@ def page_html(page: Page) -> str:
         warnings="".join(f'<p class="warning">{escape(line)}</p>' for line in page.warnings),
         replay=_replay_html(page) if page.replays else "",
         tables=f'<h2>Numbers</h2><div class="tables">{tables}</div>' if tables else "",
-        pictures="".join(_figure_html(picture) for picture in page.pictures),
+        pictures=f"<h2>Pictures</h2>{pictures}" if pictures else "",
         details=table_html(fact_table("", _flat(page.details))),
     )
 
@@ -125,9 +126,10 @@ def _replay_html(page: Page) -> str:
         for replay in page.replays
         if replay.marks
     ]
+    buttons = "".join(f'<button type="button">{escape(replay.title)}</button>' for replay in page.replays)
     return _filled(
         "replay.html",
-        buttons="".join(f'<button type="button">{escape(replay.title)}</button>' for replay in page.replays),
+        buttons=buttons if len(recordings) > 1 else "",
         viewer=_json(recordings[0].viewer),
         recordings="\n".join(
             f'<script type="text/plain" id="recording-{number}">{one.data}</script>'

@@ -3,12 +3,16 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from rich.table import Table
+
 from simprep.display import fact_table
 from simprep.motion.motion import Motion
 from simprep.physics.run import DONE, Run
 from simprep.report.motion_figure import plot_motion, plot_run
 from simprep.report.page import Page, figure_picture
 from simprep.report.replay.actor import motion_replay, run_replay
+
+TABLE_ROWS = 14
 
 
 def run_page(
@@ -32,7 +36,7 @@ def run_page(
         title=f"{names}, tracked with {run.controller}",
         headline=run_headline(run, metrics),
         replays=[run_replay(run)],
-        tables=[fact_table("", _scalars(metrics), ("metric", "value"))],
+        tables=_tables(metrics),
         pictures=[figure_picture(f"{name}: reference (dashed) and simulation", plot_run(one)) for name, one in figures],
         details=details or {},
         warnings=warnings,
@@ -68,7 +72,7 @@ def motion_page(
         title=motion.name,
         headline=f"{motion.name}: {motion.duration:.2f} s of {motion.character.name}. Not simulated.",
         replays=[motion_replay(motion)],
-        tables=[fact_table("", _scalars(whole), ("", "value"))],
+        tables=_tables(whole),
         pictures=[figure_picture(motion.name, plot_motion(motion))],
         details={"source": motion.source, **(details or {})},
         warnings=warnings,
@@ -76,5 +80,9 @@ def motion_page(
     )
 
 
-def _scalars(metrics: Mapping[str, Any]) -> dict[str, Any]:
-    return {name: value for name, value in metrics.items() if value is None or isinstance(value, bool | int | float | str)}
+def _tables(metrics: Mapping[str, Any]) -> list[Table]:
+    """Known numbers and texts, as tables that stand side by side; the first is full before the second begins."""
+    known = {name: value for name, value in metrics.items() if isinstance(value, bool | int | float | str)}
+    names = list(known)
+    parts = [names[first : first + TABLE_ROWS] for first in range(0, len(names), TABLE_ROWS)]
+    return [fact_table("", {name: known[name] for name in part}, ("metric", "value")) for part in parts]

@@ -5,7 +5,7 @@ from typing import Any, Protocol
 import mujoco
 import numpy as np
 
-from simprep.arrays import FloatArray
+from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.motion.edit import sample
 from simprep.motion.kinematics import forward_kinematics
@@ -85,7 +85,8 @@ def local_poses(poses: FloatArray, character: Character) -> tuple[FloatArray, Fl
                 local_position[frame, segment], position[frame, segment] - position[frame, parent], inverse
             )
             mujoco.mju_mulQuat(local_rotation[frame, segment], inverse, rotation[frame, segment])
-    return np.round(local_position * 4096) / 4096, np.round(local_rotation * 16384) / 16384
+    # adding 0 makes -0.0 and 0.0 the same
+    return np.round(local_position * 4096) / 4096 + 0.0, np.round(local_rotation * 16384) / 16384 + 0.0
 
 
 class _Tree:
@@ -115,18 +116,20 @@ class _Tree:
                     f"{names[-1]}/shape", *mesh, color=colour, opacity=opacity, cast_shadow=not ghost,
                     receive_shadow=not ghost,
                 )  # fmt: skip
-        self._last: list[tuple[bytes, bytes]] = [(b"", b"")] * len(names)
+        self._moved, self._turned = _changed(self._position), _changed(self._rotation)
 
     def show(self, frame: int) -> None:
-        for number, handle in enumerate(self._handles):
-            position, rotation = self._position[frame, number], self._rotation[frame, number]
-            now = (position.tobytes(), rotation.tobytes())
-            before = self._last[number]
-            if now[0] != before[0]:
-                handle.position = position
-            if now[1] != before[1]:
-                handle.wxyz = rotation
-            self._last[number] = now
+        for number in np.flatnonzero(self._moved[frame]):
+            self._handles[number].position = self._position[frame, number]
+        for number in np.flatnonzero(self._turned[frame]):
+            self._handles[number].wxyz = self._rotation[frame, number]
+
+
+def _changed(values: FloatArray) -> BoolArray:
+    """Whether (T, segments) a segment's values (T, segments, n) differ from those of the frame before; the first do."""
+    changed = np.ones(values.shape[:2], dtype=bool)
+    changed[1:] = (values[1:] != values[:-1]).any(axis=2)
+    return changed
 
 
 class _Support:
