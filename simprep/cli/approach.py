@@ -23,7 +23,8 @@ HEADLINE = ("reached", "time_s", "alpha_at_influence", "max_alpha_jump", "fps")
 class Approach(BaseCommand):
     """Walk to a goal under the controller, prepare for what is near, launch the target there, and simulate it all.
 
-    Writes approach.npz (the motion), metrics.json, plan.png (seen from above) and strip.png, and run.npz where it is simulated.
+    Writes approach.npz (the motion), metrics.json, plan.png (seen from above), strip.png and report.html (a page with a replay that
+    opens from disk), and run.npz where it is simulated.
 
     Example: simprep approach --goal 3,1 --influence 3,1 --target punch_right -o out/approach
     """
@@ -56,7 +57,7 @@ class Approach(BaseCommand):
     """Synthesise only; do not simulate."""
 
     no_pictures: bool = False
-    """Draw no pictures."""
+    """Draw no pictures and write no report page."""
 
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = Path(
         "results/approach"
@@ -78,6 +79,8 @@ class Approach(BaseCommand):
         from simprep.controller.runtime.world import library_world
         from simprep.metrics.evaluate import evaluate_motion
         from simprep.motion.store import save_motion
+        from simprep.report.approach_page import approach_page
+        from simprep.report.page import write_report
         from simprep.report.results import provenance, save_json
 
         names = [self.target, *(name for source in sources for name in source.targets)]
@@ -112,6 +115,12 @@ class Approach(BaseCommand):
             files.append(run[2])
         if not self.no_pictures:
             files += self._draw(result, task, None if run is None else run[0], output)
+            details = {name: content[name] for name in ("command", "created_utc", "versions", "platform")}
+            files += write_report(
+                self.out,
+                lambda: approach_page(result, task, None if run is None else run[:2], files, details, output.warnings),
+                output.warn,
+            )
         content["warnings"] = output.warnings
         files.append(self.out / "metrics.json")
         content["files"] = [path.name for path in files]

@@ -36,7 +36,7 @@ def run_page(
         title=f"{names}, tracked with {run.controller}",
         headline=run_headline(run, metrics),
         replays=[run_replay(run)],
-        tables=_tables(metrics),
+        tables=metric_tables(metrics),
         pictures=[figure_picture(f"{name}: reference (dashed) and simulation", plot_run(one)) for name, one in figures],
         details=details or {},
         warnings=warnings,
@@ -72,7 +72,7 @@ def motion_page(
         title=motion.name,
         headline=f"{motion.name}: {motion.duration:.2f} s of {motion.character.name}. Not simulated.",
         replays=[motion_replay(motion)],
-        tables=_tables(whole),
+        tables=metric_tables(whole),
         pictures=[figure_picture(motion.name, plot_motion(motion))],
         details={"source": motion.source, **(details or {})},
         warnings=warnings,
@@ -80,8 +80,8 @@ def motion_page(
     )
 
 
-def _tables(metrics: Mapping[str, Any]) -> list[Table]:
-    """Known numbers and texts, as tables that stand side by side; the first is full before the second begins."""
+def metric_tables(metrics: Mapping[str, Any]) -> list[Table]:
+    """Numbers and texts by name, as tables that stand side by side; lists, mappings and None are left out."""
     known = {name: value for name, value in metrics.items() if isinstance(value, bool | int | float | str)}
     names = list(known)
     parts = [names[first : first + TABLE_ROWS] for first in range(0, len(names), TABLE_ROWS)]

@@ -17,9 +17,7 @@ REPLAY_LIMIT = 6
 """Most targets with a replay, so that the page stays small."""
 
 
-def study_page(
-    study: Study, files: Sequence[Path], details: Mapping[str, Any], warnings: Sequence[str] = ()
-) -> Page:
+def study_page(study: Study, files: Sequence[Path], details: Mapping[str, Any], warnings: Sequence[str] = ()) -> Page:
     """A study, finished or cut short.
 
     Args:
@@ -30,6 +28,7 @@ def study_page(
     """
     plan = study.plan
     plots = [path for path in files if path.suffix == ".png" and not path.name.startswith("strip")]
+    plots.sort(key=lambda path: path.stem == "blending_curves")  # the same for every study: last
     arms = ", ".join(ARM_LABELS[arm] for arm in plan.arms)
     return Page(
         title=f"{plan.locomotion.name} to {', '.join(target.name for target in plan.targets)}",
@@ -103,5 +102,7 @@ def study_headline(study: Study) -> str:
 def _effect(summary: Mapping[str, Any] | None) -> str:
     if summary is None or summary["median"] is None:
         return ""
-    text = f"{summary['median']:+.1f} mm"
-    return text if summary["low"] is None else f"{text} ({summary['low']:+.1f} to {summary['high']:+.1f})"
+    text, n = f"{summary['median']:+.1f} mm", f"n = {summary['n']}"
+    return (
+        f"{text} ({n})" if summary["low"] is None else f"{text} ({summary['low']:+.1f} to {summary['high']:+.1f}, {n})"
+    )

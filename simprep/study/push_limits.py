@@ -12,7 +12,7 @@ from simprep.motion.edit import cut, yaw
 from simprep.motion.motion import Motion
 from simprep.physics.controller import ControllerFactory
 from simprep.physics.pushes import Push
-from simprep.physics.run import DONE
+from simprep.physics.run import DONE, Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 
@@ -99,6 +99,7 @@ def push_limits(
     controller: str | ControllerFactory = "mpc",
     simulation: SimulationSettings | None = None,
     on_progress: Callable[[str, float], None] | None = None,
+    on_run: Callable[[float, int, float, Run], None] | None = None,
 ) -> PushLimits:
     """Find the largest push that a tracked motion survives, by direction and seed.
 
@@ -113,6 +114,7 @@ def push_limits(
         controller: as of `simprep.track`.
         simulation: as of `simprep.track`; the push is added to its pushes.
         on_progress: called with what is being done and the number of searches finished.
+        on_run: called with the direction [degrees], the seed, the force [N] and the run of every push tried.
     """
     if settings.segment not in motion.character.segments:
         raise UnknownNameError("segment", settings.segment, motion.character.segments)
@@ -127,10 +129,13 @@ def push_limits(
     heading = float(yaw(motion.qpos[round(settings.at_s * motion.fps), 3:7]))
     simulation, assist = simulation or SimulationSettings(), []
 
-    def completes(seed: int, angle: float, force: float) -> bool:
+    def completes(seed: int, direction: float, force: float) -> bool:
+        angle = heading + np.radians(direction)
         push = Push(settings.segment, start, settings.duration_s, (force * np.cos(angle), force * np.sin(angle), 0.0))
         run = track(clip, controller, seed, replace(simulation, pushes=(*simulation.pushes, push)))
         assist.append(run.assist.force_n)
+        if on_run and force > 0:
+            on_run(direction, seed, force, run)
         return run.end == DONE
 
     fell = tuple(not completes(seed, 0.0, 0.0) for seed in settings.seeds)
@@ -140,7 +145,7 @@ def push_limits(
         for seed, falls in zip(settings.seeds, fell):
             if on_progress:
                 on_progress(f"{direction:g} degrees, seed {seed}", len(force_n) * len(fell) + len(row))
-            survives = partial(completes, seed, heading + np.radians(direction))
+            survives = partial(completes, seed, direction)
             row.append(0.0 if falls else largest_survived(survives, settings.largest_n, settings.tolerance_n))
         force_n.append(tuple(row))
     return PushLimits(

@@ -8,10 +8,15 @@ import numpy as np
 from simprep.arrays import FloatArray
 from simprep.errors import SettingError
 from simprep.motion.motion import Motion
+from simprep.physics.contacts import BodyContact
 from simprep.physics.run import DONE, Run
 from simprep.report.figures import COLOURS
 from simprep.scene import Obstacle
 
+FLASHES = 200
+"""Most contacts that are shown."""
+LEAST_NS = 0.5
+"""A contact with less impulse is not shown [N s]."""
 FLASH_S = 0.2
 """A contact is shown at least so long [s]."""
 
@@ -137,17 +142,29 @@ def run_replay(run: Run, title: str = "") -> Replay:
         run_actor(run.body(number), body.reference.name, COLOURS[2 + number % 4])
         for number, body in enumerate(run.bodies)
     )
-    flashes = tuple(
+    flashes = contact_flashes(run.contacts, ["" for _ in run.contacts])
+    return Replay(title or " and ".join(actor.label for actor in actors), actors, flashes=flashes)
+
+
+def contact_flashes(contacts: Sequence[BodyContact], words: Sequence[str]) -> tuple[Flash, ...]:
+    """The `FLASHES` hardest contacts between bodies as balls with their impulse, the larger the harder.
+
+    Args:
+        contacts: of a run.
+        words: of each contact, what is written before its impulse.
+    """
+    pairs = sorted(zip(contacts, words), key=lambda pair: -pair[0].impulse_ns)[:FLASHES]
+    return tuple(
         Flash(
             one.start_s,
             one.duration_s,
             one.position,
             float(np.clip(0.03 * np.sqrt(one.impulse_ns), 0.03, 0.15)),
-            f"{one.impulse_ns:.1f} N s",
+            f"{word} {one.impulse_ns:.1f} N s".strip(),
         )
-        for one in run.contacts
+        for one, word in sorted(pairs, key=lambda pair: pair[0].start_s)
+        if one.impulse_ns >= LEAST_NS
     )
-    return Replay(title or " and ".join(actor.label for actor in actors), actors, flashes=flashes)
 
 
 def motion_replay(motion: Motion, title: str = "") -> Replay:

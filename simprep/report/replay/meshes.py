@@ -41,7 +41,7 @@ def segment_meshes(character: Character) -> tuple[Mesh, ...]:
     model = character.model
     visible = model.geom_group < VISIBLE_GROUPS
     return tuple(
-        _joined([geom_mesh(model, geom) for geom in np.flatnonzero(visible & (model.geom_bodyid == body))])
+        _joined([geom_mesh(model, int(geom)) for geom in np.flatnonzero(visible & (model.geom_bodyid == body))])
         for body in range(1, model.nbody)
     )
 

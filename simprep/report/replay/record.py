@@ -129,7 +129,7 @@ def _set_view(server: Any, replay: Replay) -> None:
     places = np.array([actor.place for actor in replay.actors])
     starts = places + np.array([actor.motion.qpos[0, :2] for actor in replay.actors])
     spread = float(np.linalg.norm(np.ptp(starts, axis=0)))
-    distance = 3.2 + 0.75 * spread
+    distance = 2.9 + 0.62 * spread
     server.initial_camera.position = (0.62 * distance, -0.72 * distance, 0.9 + 0.32 * distance)
     server.initial_camera.look_at = (0.0, 0.0, 0.85)
     server.initial_camera.fov = 0.85

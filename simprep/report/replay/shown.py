@@ -166,7 +166,8 @@ class _Com:
     def show(self, frame: int) -> None:
         x, y, _ = self._com[frame]
         self._handle.position = (float(x), float(y), LIFT_M)
-        if self._note and self._times[frame] >= self._end - 1e-9:
+        step_s = self._times[1] if len(self._times) > 1 else 0.0
+        if self._note and self._times[frame] > self._end - step_s:
             self._label.text = f"{self._label.text}: {self._note}"
             self._note = ""
 
