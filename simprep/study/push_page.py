@@ -11,6 +11,7 @@ from rich.text import Text
 
 from simprep.motion.kinematics import forward_kinematics
 from simprep.physics.run import DONE, Run
+from simprep.report.figures import COLOURS
 from simprep.report.page import Page, Picture
 from simprep.report.replay.actor import Flash, Replay, run_actor, side_by_side
 from simprep.study.push_limits import BEFORE_S, PushLimits
@@ -83,7 +84,9 @@ def _replay(angle: float, limits: PushLimits, runs: PushRuns) -> Replay | None:
     known = [(*pair, word) for pair, word in kept if pair is not None]
     settings = limits.settings
     start = min(BEFORE_S, settings.at_s)
-    actors = side_by_side([run_actor(run, f"{force:.0f} N, {word}") for force, run, word in known])
+    actors = side_by_side(
+        [run_actor(run, f"{force:.0f} N, {word}", colour) for (force, run, word), colour in zip(known, COLOURS[2:])]
+    )
     flashes = []
     for actor, (force, run, _) in zip(actors, known):
         character = run.reference.character

@@ -8,8 +8,8 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from time import monotonic
 
-import mujoco
 import msgspec
+import mujoco
 import numpy as np
 import pytest
 import zstandard

@@ -34,7 +34,7 @@ RECORDING_MARK = "@@RECORDING@@"
 _EMBEDDED = re.compile(r'__VISER_EMBED_DATA__\s*=\s*"([A-Za-z0-9+/=]*)"')
 MARK_S = 0.6
 """The name of an event is shown so long [s]."""
-MARK_M = 2.45
+MARK_M = 2.15
 """At this height [m]."""
 ROOT = "/world"
 SOFT, HARD = (191, 64, 64), (140, 115, 90)
@@ -129,9 +129,9 @@ def _set_view(server: Any, replay: Replay) -> None:
     places = np.array([actor.place for actor in replay.actors])
     starts = places + np.array([actor.motion.qpos[0, :2] for actor in replay.actors])
     spread = float(np.linalg.norm(np.ptp(starts, axis=0)))
-    distance = 2.9 + 0.62 * spread
+    distance = 3.1 + 0.6 * spread
     server.initial_camera.position = (0.62 * distance, -0.72 * distance, 0.9 + 0.32 * distance)
-    server.initial_camera.look_at = (0.0, 0.0, 0.85)
+    server.initial_camera.look_at = (0.0, 0.0, 0.95)
     server.initial_camera.fov = 0.85
 
 

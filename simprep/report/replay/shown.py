@@ -21,7 +21,7 @@ METRES_PER_NEWTON = 1e-3
 """The force of the floor is drawn as a line: 1 m for 1000 N."""
 LIFT_M = 0.006
 """What lies on the floor is drawn so much above it."""
-LABEL_M = 2.05
+LABEL_M = 1.9
 """Height of a label [m]."""
 
 
