@@ -8,11 +8,13 @@ from rich.table import Table
 from simprep.display import fact_table
 from simprep.motion.motion import Motion
 from simprep.physics.run import DONE, Run
+from simprep.report.figures import COLOURS
 from simprep.report.motion_figure import plot_motion, plot_run
 from simprep.report.page import Page, figure_picture
-from simprep.report.replay.actor import motion_replay, run_replay
+from simprep.report.replay.actor import Actor, Replay, motion_replay, run_replay
 
 TABLE_ROWS = 14
+UNSIMULATED = "Green is the support polygon of the feet in contact, red the centre of mass on the floor."
 
 
 def run_page(
@@ -76,7 +78,21 @@ def motion_page(
         pictures=[figure_picture(motion.name, plot_motion(motion))],
         details={"source": motion.source, **(details or {})},
         warnings=warnings,
-        legend="Green is the support polygon of the feet in contact, red the centre of mass on the floor.",
+        legend=UNSIMULATED,
+    )
+
+
+def pair_page(name: str, motions: Sequence[Motion], details: Mapping[str, Any] | None = None) -> Page:
+    """Two people or more in one world, not simulated."""
+    actors = tuple(Actor(one.name, one, colour=COLOURS[2 + number % 4]) for number, one in enumerate(motions))
+    duration = max(one.duration for one in motions)
+    return Page(
+        title=name,
+        headline=f"{name}: {len(actors)} people, {duration:.2f} s. Not simulated.",
+        replays=[Replay(name, actors)],
+        pictures=[figure_picture(one.name, plot_motion(one)) for one in motions],
+        details=details or {},
+        legend=UNSIMULATED,
     )
 
 
