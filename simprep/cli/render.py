@@ -20,7 +20,7 @@ ENDINGS = (".mp4", ".gif", ".png")
 class Render(BaseCommand):
     """Draw a motion or a run with MuJoCo's renderer: a film (.mp4, .gif) or a film strip (.png).
 
-    A run is drawn with its reference, tinted. MP4 needs the extra `video`, GIF and PNG the extra `report`, and all of them
+    A run is drawn with its reference, pale. MP4 needs the extra `video`, GIF and PNG the extra `report`, and all of them
     a GL library (`apt install libegl1 libgl1-mesa-dri`, or `libosmesa6`).
 
     Example: simprep render results/track/walk_mpc -o walk.mp4
@@ -58,7 +58,7 @@ class Render(BaseCommand):
         width, height = parse_size(self.size)
         from simprep.cli.shown import read_shown
         from simprep.report.film import save_film
-        from simprep.report.film_strip import StripSettings, save_film_strip
+        from simprep.report.film_strip import OTHER_TINTS, REFERENCE_TINTS, StripSettings, save_film_strip
 
         shown = read_shown(self.file, output.warn, self.library, self.robot)
         motion, others = shown.motions()
@@ -68,7 +68,9 @@ class Render(BaseCommand):
             settings = StripSettings(columns=self.columns, azimuth_deg=self.azimuth)
             path = save_film_strip(self._rows(shown), self.out, settings)
         else:
-            settings = StripSettings(width_px=width, height_px=height, azimuth_deg=self.azimuth)
+            reference = shown.run is not None and len(shown.run.bodies) == 1
+            tints = REFERENCE_TINTS if reference else OTHER_TINTS
+            settings = StripSettings(width_px=width, height_px=height, azimuth_deg=self.azimuth, tints=tints)
             with output.simulating("drawing", motion) as progress:
                 path = save_film(self.out, motion, others, self.fps, settings, progress)
         output.say(f"written: {path}")

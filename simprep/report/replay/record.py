@@ -7,7 +7,7 @@ connects to it.
 import contextlib
 import io
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -82,7 +82,8 @@ def record(replay: Replay) -> Recording:
         scene.add_grid(f"{ROOT}/floor", width=60, height=60, cell_size=0.5, section_size=1.0, shadow_opacity=0.2)
         for number, obstacle in enumerate(replay.obstacles):
             _add_thing(scene, f"{ROOT}/{_safe(obstacle.name)}_{number}", obstacle)
-        parts: list[Part] = [ShownActor(scene, f"{ROOT}/{_safe(a.label)}", a, times) for a in replay.actors]
+        names = _names([actor.label for actor in replay.actors])
+        parts: list[Part] = [ShownActor(scene, f"{ROOT}/{n}", a, times) for n, a in zip(names, replay.actors)]
         parts += [_MovingProp(scene, f"{ROOT}/prop_{n}", prop, times) for n, prop in enumerate(replay.props)]
         parts += [_ShownFlash(scene, f"{ROOT}/contact_{n}", flash, times) for n, flash in enumerate(replay.flashes)]
         path = _followed(replay, times, fps)
@@ -151,6 +152,12 @@ def _add_thing(scene: Any, name: str, thing: Obstacle) -> Any:
     return scene.add_mesh_simple(
         name, vertices, faces, color=colour, flat_shading=not thing.ball, position=thing.position
     )
+
+
+def _names(labels: Sequence[str]) -> list[str]:
+    """Names of nodes, all different."""
+    safe = [_safe(label) for label in labels]
+    return [f"{name} {number + 1}" if safe.count(name) > 1 else name for number, name in enumerate(safe)]
 
 
 def _safe(name: str) -> str:
