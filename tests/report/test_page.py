@@ -23,7 +23,7 @@ from simprep.physics.run import Run
 from simprep.report.page import Page, Picture, page_html, write_report
 from simprep.report.replay import record as record_module
 from simprep.report.replay.actor import Actor, Flash, Prop, Replay, run_replay, side_by_side
-from simprep.report.replay.meshes import segment_meshes
+from simprep.report.replay.meshes import geom_mesh, segment_meshes
 from simprep.report.replay.record import RECORDING_MARK, record, replay_times
 from simprep.report.run_page import run_page
 from simprep.scene import Obstacle
@@ -176,6 +176,32 @@ def test_every_segment_has_a_shape_of_its_size():
         assert faces.max() < len(vertices)
     head = segment_meshes(humanoid())[humanoid().segments.index("head")][0]
     assert 0.15 < np.ptp(head[:, 2]) < 0.5
+
+
+def test_a_mesh_file_is_shown_where_it_is_and_with_fewer_triangles():
+    side = 41  # a plate of 1 m with 2 mm waves: finer than what is kept
+    x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(0, 1, side), np.linspace(0, 1, side)))
+    spec = mujoco.MjSpec()
+    vertices = np.stack([x, y, 0.1 + 0.001 * np.sin(40 * x)], axis=1)
+    corner = np.arange(side * (side - 1)).reshape(side - 1, side)[:, :-1].ravel()
+    faces = np.concatenate(
+        [np.stack([corner, corner + 1, corner + side], 1), np.stack([corner + 1, corner + side + 1, corner + side], 1)]
+    )
+    spec.add_mesh(
+        name="plate",
+        uservert=vertices.ravel(),
+        userface=faces.ravel(),
+        inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL,
+    )
+    body = spec.worldbody.add_body()
+    body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="plate", pos=[0, 0, 2])
+    model = spec.compile()
+    mesh = geom_mesh(model, 0)
+    assert np.asarray(mesh.bounds) == pytest.approx(np.array([[0, 0, 2.1], [1, 1, 2.1]]), abs=0.011)
+    assert 0 < len(mesh.faces) <= len(faces)
+    fine = spec.copy()
+    fine.meshes[0].uservert = (0.1 * vertices).ravel()  # ten times smaller: most vertices fall together
+    assert len(geom_mesh(fine.compile(), 0).faces) < len(faces) / 4
 
 
 def test_without_the_library_a_warning_names_the_extra(run, monkeypatch, tmp_path):

@@ -32,8 +32,8 @@ def fight_page(
         hits = sum(one.verdict == HIT for one in results.contacts)
         blocked = sum(one.verdict == BLOCKED for one in results.contacts)
         headline += (
-            f" Simulated with {run.controller}: {run.end} at {run.end_s:.2f} s; {hits} hits, {blocked} blocked, "
-            f"{len(results.contacts) - hits - blocked} other contacts. Largest external force {run.assist.force_n:.0f} N."
+            f" Simulated with {run.controller}: {run.end} at {run.end_s:.2f} s; of {len(results.contacts)} "
+            f"contacts {hits} hit what an attack aims at, and {blocked} are blocked. Largest external force {run.assist.force_n:.0f} N."
         )
     flat = {}
     for name, value in results.headline().items():

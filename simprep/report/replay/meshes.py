@@ -13,7 +13,7 @@ from simprep.errors import MissingExtraError
 from simprep.scene import Obstacle
 
 VISIBLE_GROUPS = 3
-"""Geoms of the groups 0 to 2 are what MuJoCo's own viewer shows; collision shapes of robots are in 3."""
+"""Geoms of the groups 0 to 2 are what MuJoCo's own viewer shows. A segment without such a geom shows the others."""
 CELL_DIGITS = 2
 """Vertices of a mesh file are merged where they agree to so many decimals of a metre: a robot fits in a small file."""
 ROUND = 12
@@ -39,11 +39,13 @@ def segment_meshes(character: Character) -> tuple[Mesh, ...]:
     Mesh files are shown with their vertices merged on a grid of 1 cm.
     """
     model = character.model
-    visible = model.geom_group < VISIBLE_GROUPS
-    return tuple(
-        _joined([geom_mesh(model, int(geom)) for geom in np.flatnonzero(visible & (model.geom_bodyid == body))])
-        for body in range(1, model.nbody)
-    )
+
+    def shown(body: int) -> list[int]:
+        geoms = np.flatnonzero(model.geom_bodyid == body)
+        visible = geoms[model.geom_group[geoms] < VISIBLE_GROUPS]
+        return [int(geom) for geom in (visible if len(visible) else geoms)]
+
+    return tuple(_joined([geom_mesh(model, geom) for geom in shown(body)]) for body in range(1, model.nbody))
 
 
 def geom_mesh(model: mujoco.MjModel, geom: int) -> Any:

@@ -131,7 +131,11 @@ def _set_view(server: Any, replay: Replay) -> None:
     starts = places + np.array([actor.motion.qpos[0, :2] for actor in replay.actors])
     spread = float(np.linalg.norm(np.ptp(starts, axis=0)))
     distance = 3.1 + 0.6 * spread
-    server.initial_camera.position = (0.62 * distance, -0.72 * distance, 0.9 + 0.32 * distance)
+    x, y = 0.65, -0.76
+    if len(starts) > 1 and not places.any():  # people who face each other are seen from the side
+        between = starts[1] - starts[0]
+        x, y = np.array([between[1], -between[0]]) / max(float(np.linalg.norm(between)), 1e-9)
+    server.initial_camera.position = (x * distance, y * distance, 0.9 + 0.32 * distance)
     server.initial_camera.look_at = (0.0, 0.0, 0.95)
     server.initial_camera.fov = 0.85
 
