@@ -1,14 +1,31 @@
-"""Values that show themselves: as a table in a terminal (rich), and as the same table in HTML."""
+"""Values that show themselves: a table in a terminal (rich), the same table in HTML (Jupyter), and data frames (pandas)."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from rich.table import Table
-from rich.text import Text
+from simprep.errors import MissingExtraError
+
+if TYPE_CHECKING:
+    from rich.table import Table
 
 
-def fact_table(title: str, facts: Mapping[str, Any], columns: tuple[str, str] = ("", "")) -> Table:
+class SelfShowing(ABC):
+    """A value that rich prints and Jupyter displays as a table of its facts."""
+
+    @abstractmethod
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """A heading, and what is to be told by name; units are in the names."""
+
+    def __rich__(self) -> "Table":
+        return fact_table(*self.facts())
+
+    def _repr_html_(self) -> str:
+        return table_html(fact_table(*self.facts()))
+
+
+def fact_table(title: str, facts: Mapping[str, Any], columns: tuple[str, str] = ("", "")) -> "Table":
     """A table of names and values.
 
     Args:
@@ -16,7 +33,10 @@ def fact_table(title: str, facts: Mapping[str, Any], columns: tuple[str, str] = 
         facts: values by name; numbers have 4 digits, None is a dash.
         columns: headings of the two columns; empty for none.
     """
-    table = Table(title=Text(title), title_justify="left", show_header=any(columns))
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(title=Text(title) if title else None, title_justify="left", show_header=any(columns))
     table.add_column(Text(columns[0]), no_wrap=True)
     table.add_column(Text(columns[1]))
     for name, value in facts.items():
@@ -33,9 +53,10 @@ def value_text(value: Any) -> str:
     return f"{value:.4g}" if isinstance(value, float) else str(value)
 
 
-def table_html(table: Table) -> str:
+def table_html(table: "Table") -> str:
     """A rich table as an HTML table, without styles. Cells that are neither text nor markup are shown by their `str`."""
-    caption = f"<caption>{escape(_plain(table.title))}</caption>" if table.title else ""
+    title = escape(_plain(table.title)) if table.title else ""
+    caption = f"<caption>{title}</caption>" if title else ""
     heads = "".join(f"<th{_side(column.justify)}>{escape(_plain(column.header))}</th>" for column in table.columns)
     rows = zip(*(list(column.cells) for column in table.columns))
     sides = [_side(column.justify) for column in table.columns]
@@ -47,11 +68,33 @@ def table_html(table: Table) -> str:
     return f"<table>{caption}{head}<tbody>{body}</tbody></table>"
 
 
+def data_frame(content: Any, index: Any = None, index_name: str | None = None) -> Any:
+    """A pandas DataFrame.
+
+    Args:
+        content: columns by name, or a list of rows that are mappings.
+        index: of the rows; None to number them.
+        index_name: name of the index.
+
+    Raises:
+        MissingExtraError: pandas is not installed.
+    """
+    try:
+        import pandas
+    except ImportError:
+        raise MissingExtraError("a data frame", "pandas") from None
+    frame = pandas.DataFrame(content, index=index)
+    frame.index.name = index_name
+    return frame
+
+
 def _side(justify: str) -> str:
     return ' style="text-align:right"' if justify == "right" else ""
 
 
 def _plain(cell: Any) -> str:
+    from rich.text import Text
+
     if isinstance(cell, Text):
         return cell.plain
     return Text.from_markup(cell).plain if isinstance(cell, str) else str(cell)
