@@ -91,7 +91,7 @@ class Motion(SelfShowing):
         loop = ", loop" if self.loop else ""
         return f"<Motion {self.name!r}: {len(self)} frames at {self.fps:g}/s, {self.duration:.2f} s{loop}, {self.character.name}>"
 
-    def __array__(self, dtype: DTypeLike = None, copy: bool | None = None) -> NDArray[Any]:
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
         """The poses, so that `np.asarray(motion)` is `motion.qpos` and `np.allclose(one, other)` compares poses."""
         if copy or (dtype is not None and np.dtype(dtype) != self.qpos.dtype):
             return np.array(self.qpos, dtype=dtype)
