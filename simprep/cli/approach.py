@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 HEADLINE = ("reached", "time_s", "alpha_at_influence", "max_alpha_jump", "fps")
 """Keys of `--json` that other tools rely on."""
+PICTURES = 10
+"""In the film strip."""
 
 
 @dataclass(frozen=True)
@@ -151,8 +153,11 @@ class Approach(BaseCommand):
 
     def _draw(self, result: "Result", task: "Task", run: Any, output: Output) -> list[Path]:
         from simprep.report.approach_figure import plot_approach
+        from simprep.report.approach_page import place_marks
+        from simprep.report.contact_sheet import picture_times
         from simprep.report.film_strip import Row, StripSettings, save_film_strip
         from simprep.report.gl import pictures_or_warning
+        from simprep.scene import SceneSettings
 
         files = []
         motion = result.motion
@@ -164,7 +169,9 @@ class Approach(BaseCommand):
         with pictures_or_warning("pictures are missing", output.warn):
             title = f"approach, {self.target}"
             files.append(plot_approach(result, [task], self.out / "plan.png", title))
-            files.append(save_film_strip(rows, self.out / "strip.png", StripSettings(columns=10, marks=marks)))
+            times = tuple(float(time) for time in picture_times(motion, PICTURES))
+            strip = StripSettings(times_s=times, marks=marks, scene=SceneSettings(obstacles=place_marks(task)))
+            files.append(save_film_strip(rows, self.out / "strip.png", strip))
         return files
 
 

@@ -51,17 +51,19 @@ def approach_page(
         run, metrics = simulated
         sentence += f" Simulated with {run.controller}: {run.end} at {run.end_s:.2f} of {motion.duration:.2f} s."
         tables += metric_tables(metrics)
-    places = [("goal", *task.goal, MARK_M)]
-    places += [(f"influence {n}", *source.position, MARK_M / 2) for n, source in enumerate(task.influences)]
-    marks = tuple(
-        Obstacle(name, (x, y, 0.004), (half, half, 0.004), soft=name == "goal") for name, x, y, half in places
-    )
     return Page(
         title=f"approach to {task.goal[0]:g}, {task.goal[1]:g} m, then {task.target}",
         headline=sentence,
-        replays=[Replay("approach", (actor,), marks, marks=event_marks(motion))],
+        replays=[Replay("approach", (actor,), place_marks(task), marks=event_marks(motion))],
         tables=tables,
         pictures=[Picture("seen from above, and over time", path) for path in files if path.name == "plan.png"],
         details=details,
         warnings=warnings,
     )
+
+
+def place_marks(task: Task) -> tuple[Obstacle, ...]:
+    """Goal and sources of influence as flat squares on the floor, to be drawn only."""
+    places = [("goal", *task.goal, MARK_M)]
+    places += [(f"influence {n}", *source.position, MARK_M / 2) for n, source in enumerate(task.influences)]
+    return tuple(Obstacle(name, (x, y, 0.004), (half, half, 0.004), soft=name == "goal") for name, x, y, half in places)
