@@ -120,7 +120,8 @@ def flight(motion: Motion, segment: str, ball: Obstacle, first: int = 0, after: 
 
 def _velocity(model: mujoco.MjModel, motion: Motion, body: int, frame: int, point: FloatArray) -> FloatArray:
     """Velocity (3,) of a point of a body [m/s], by central difference."""
-    data, places, local = mujoco.MjData(model), [], np.zeros(3)
+    data, local = mujoco.MjData(model), np.zeros(3)
+    places: list[FloatArray] = []
     low, high = max(frame - 1, 0), min(frame + 1, len(motion) - 1)
     for at in (frame, low, high):
         data.qpos[:] = motion.qpos[at]

@@ -139,6 +139,9 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
         if simulated.duration >= longest:
             longest = simulated.duration
             marks = {f"launch {number + 1}": at / planned.fps for number, at in enumerate(result.launches)}
+    if replays:
+        page = Page(experiment.title, "Seed 0, simulated with mpc, one arm at a time.", replays, legend=REPLAY_LEGEND)
+        files.append(save_page(page, folder / REPORT_FILE))
     if rows:
         even = np.linspace(0.0, longest, int(np.clip(round(longest / 0.7), 7, 13)))
         times = [time for time in even if np.abs(np.array([*moments, np.inf]) - time).min() > 0.25]
@@ -149,9 +152,6 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
             **(WITH_PEOPLE if experiment.people else {"azimuth_deg": 118.0}),
         )
         files.append(save_film_strip(rows, folder / f"strip_{experiment.name}.png", strip))
-    if replays:
-        page = Page(experiment.title, "Seed 0, simulated with mpc, one arm at a time.", replays, legend=REPLAY_LEGEND)
-        files.append(save_page(page, folder / REPORT_FILE))
     return files
 
 
