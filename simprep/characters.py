@@ -4,7 +4,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from simprep.character import Character
-from simprep.errors import MotionError, SimprepError, UnknownNameError
+from simprep.errors import MotionError, SettingError, SimprepError, UnknownNameError
 from simprep.humanoid_model import DEFAULT_HEIGHT_M, DEFAULT_MASS_KG, MODEL_NAME, MODEL_VERSION, humanoid
 from simprep.primitive_robot import ROBOT_NAME, ROBOT_VERSION, primitive_robot
 from simprep.robots.description import read_description
@@ -19,19 +19,26 @@ VERSIONS = {MODEL_NAME: MODEL_VERSION, ROBOT_NAME: ROBOT_VERSION}
 """Version of each one's poses; it changes when joints change their order or meaning."""
 
 
-def character_of_name(name: str) -> Character:
+def character_of_name(name: str, height_m: float | None = None, mass_kg: float | None = None) -> Character:
     """A character by its name, with or without `simprep_` before it, or a robot by its name or file.
 
     Args:
         name: `humanoid`, `primitive_robot`, a shipped robot, or the path of a robot's MJCF or TOML.
+        height_m: stature of the humanoid [m]; None for the usual one.
+        mass_kg: its mass [kg]; None for one that grows with the square of the stature (equal BMI).
 
     Raises:
         UnknownNameError: no such character.
         RobotFileError: the robot's files are missing or cannot be used.
+        SettingError: a stature or mass out of range, or of a character of one size.
     """
+    if (height_m, mass_kg) != (None, None) and name not in (MODEL_NAME, MODEL_NAME.removeprefix("simprep_")):
+        raise SettingError(f"character {name!r} has one size; valid: a stature or mass of the humanoid only")
+    height = DEFAULT_HEIGHT_M if height_m is None else height_m
+    mass = DEFAULT_MASS_KG * (height / DEFAULT_HEIGHT_M) ** 2 if mass_kg is None else mass_kg
     for known, make in CHARACTERS.items():
         if name in (known, known.removeprefix("simprep_")):
-            return make(DEFAULT_HEIGHT_M, DEFAULT_MASS_KG)
+            return make(height, mass)
     try:
         return load_robot(name)
     except UnknownNameError as error:

@@ -39,7 +39,7 @@ BASE = (
 )
 ROOMS = {"duel": ("stream", "labels", "model", "synthetic", "analysis", "fight")}
 """Packages that consist of rooms in the order of their data; nothing else is in them."""
-LAST_ROOMS = {"controller": "runtime", "metrics": "interaction"}
+LAST_ROOMS = {"controller": "runtime", "metrics": "interaction", "study": "sweep"}
 """Rooms that build on the rest of their package; the rest does without them."""
 PLOT_METHODS = {"motion/motion.py", "physics/run.py"}
 """Values that can draw themselves. Only inside their method `plot` may these modules reach for `simprep.report`, which knows them."""

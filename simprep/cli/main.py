@@ -16,8 +16,10 @@ from simprep.cli.convert import Convert
 from simprep.cli.fight import FightCommand
 from simprep.cli.graph import Graph
 from simprep.cli.import_motion import Import
+from simprep.cli.margins import MarginsCommand
 from simprep.cli.push import PushCommand
 from simprep.cli.render import Render
+from simprep.cli.sweep import SweepCommand
 from simprep.cli.track import Track
 from simprep.cli.train import Train
 from simprep.cli.validate import Validate
@@ -31,6 +33,8 @@ Command = (
     Annotated[Validate, tyro.conf.subcommand("validate")]
     | Annotated[Track, tyro.conf.subcommand("track")]
     | Annotated[PushCommand, tyro.conf.subcommand("push")]
+    | Annotated[MarginsCommand, tyro.conf.subcommand("margins")]
+    | Annotated[SweepCommand, tyro.conf.subcommand("sweep")]
     | Annotated[Import, tyro.conf.subcommand("import")]
     | Annotated[Convert, tyro.conf.subcommand("convert")]
     | Annotated[CheckMotion, tyro.conf.subcommand("check-motion")]

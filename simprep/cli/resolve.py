@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from simprep.errors import MotionError, SettingError, UnknownNameError
+from simprep.errors import SettingError, UnknownNameError
 
 if TYPE_CHECKING:
     from simprep.character import Character
@@ -75,39 +74,16 @@ def _onto(motion: Motion, body: Character, warn: Callable[[str], None]) -> Motio
     Raises:
         MotionFileError: it cannot be retargeted.
     """
-    from simprep.motion.transfer import transferred
+    from simprep.motion.transfer import onto
 
-    if motion.character == body:
-        return motion
-    result = transferred(motion, body)
-    for line in result.report.warnings:
-        warn(f"{motion.name} on {body.name}: {line}")
-    return result.motion
+    return onto(motion, body, lambda line: warn(f"{motion.name} on {body.name}: {line}"))
 
 
 def imported(path: str | Path, body: Character | None, **reading: Any) -> ImportResult:
-    """A motion file on a body, with one report of all that was done.
+    """`simprep.motion.transfer.import_onto`, which is slow to import."""
+    from simprep.motion.transfer import import_onto
 
-    Args:
-        path: the file.
-        body: whose motion it becomes; None for the one whose motion the file holds, or the humanoid.
-        reading: further arguments of `simprep.motion.load.import_motion`.
-
-    Raises:
-        MotionFileError: it cannot be read or retargeted.
-    """
-    from simprep.humanoid_model import humanoid
-    from simprep.motion.load import ImportResult, import_motion
-    from simprep.motion.transfer import transferred
-
-    result = import_motion(path, character=body or humanoid(), **reading)
-    if body is None or result.motion.character == body:
-        return result
-    moved = transferred(result.motion, body)
-    report = replace(
-        moved.report, recognised=result.report.recognised, warnings=(*result.report.warnings, *moved.report.warnings)
-    )
-    return ImportResult(moved.motion, report)
+    return import_onto(path, body, **reading)
 
 
 def _imported(path: str, body: Character | None, warn: Callable[[str], None]) -> Motion:
@@ -147,7 +123,7 @@ def select(motion: Motion, frames: str | None, seconds: float | None, warn: Call
         SettingError: malformed frames or a length that is not positive.
         MotionError: the frames are empty, or begin outside the motion.
     """
-    from simprep.motion.edit import cut, repeat
+    from simprep.motion.edit import cut, to_length
 
     if seconds is not None and not 0 < seconds <= 600:
         raise SettingError(f"--seconds {seconds:g}; valid: above 0, at most 600")
@@ -160,13 +136,6 @@ def select(motion: Motion, frames: str | None, seconds: float | None, warn: Call
             )
             after = len(motion)
         motion = cut(motion, first, after)
-    if motion.loop:
-        length = DEFAULT_LOOP_S if seconds is None else seconds
-        cycles = int(-(-(length * motion.fps + 1) // len(motion)))
-        motion = replace(repeat(motion, max(1, cycles)), loop=False)
-        seconds = length
-    if seconds is not None:
-        motion = cut(motion, 0, min(len(motion), round(seconds * motion.fps) + 1))
-    if len(motion) < 2:
-        raise MotionError(f"{motion.name}: {len(motion)} frame left; tracking needs at least 2")
-    return motion
+    if seconds is None:
+        seconds = DEFAULT_LOOP_S if motion.loop else motion.duration
+    return to_length(motion, seconds)

@@ -47,6 +47,14 @@ class Validate(BaseCommand):
 
     robot: Robot = None
 
+    arms: tuple[Literal["none", "traditional", "blended", "optimised", "dynamic"], ...] = (
+        "none",
+        "traditional",
+        "blended",
+        "optimised",
+    )
+    """Arms to compare; dynamic balances the extrapolated COM, and lets hips and pelvis help (docs/optimiser.md)."""
+
     controllers: tuple[Literal["pd", "mpc"], ...] = ("pd", "mpc")
     """Controllers to simulate with."""
 
@@ -124,6 +132,7 @@ class Validate(BaseCommand):
             locomotion=resolve_motion(self.locomotion, output.warn, self.library, self.robot),
             targets=targets,
             alphas=self.alpha or (ALL_ALPHAS if self.full else DEFAULT_ALPHAS),
+            arms=self.arms,
             controllers=self.controllers,
             seeds=tuple(range(self.seeds)),
         )

@@ -75,7 +75,7 @@ def code_key(folders: tuple[str, ...] = SOURCES, packages: tuple[str, ...] = PAC
     """Hash of all that something generated depends on, 16 hexadecimal digits.
 
     Args:
-        folders: of simprep, whose code makes it; the humanoid's description always counts.
+        folders: of simprep, or single files, whose code makes it; the humanoid's description always counts.
         packages: that it is computed with.
     """
     digest = hashlib.sha256()
@@ -90,7 +90,7 @@ def code_key(folders: tuple[str, ...] = SOURCES, packages: tuple[str, ...] = PAC
 def _sources(folders: tuple[str, ...] = SOURCES) -> Iterator[Path]:
     package = Path(simprep.__file__).parent
     for folder in folders:
-        yield from sorted((package / folder).rglob("*.py"))
+        yield from [package / folder] if folder.endswith(".py") else sorted((package / folder).rglob("*.py"))
     yield package / "character.py"
     yield package / "humanoid_model.py"
     yield from sorted(mjcf_folder().glob("*.xml"))

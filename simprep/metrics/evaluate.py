@@ -16,6 +16,7 @@ from simprep.metrics.balance import (
     posture_summary,
 )
 from simprep.metrics.contact import FootSlip, floor_penetration, foot_slip, slip_ratio
+from simprep.metrics.margins import STEP_MARGIN_KEYS, step_margin_summary, step_margins
 from simprep.metrics.metric import Metric, Metrics, collect
 from simprep.metrics.tracking import (
     body_positions,
@@ -62,6 +63,7 @@ def evaluate_motion(
     numbers = {
         "duration_s": motion.duration,
         **_posture(series, prepared_s),
+        **step_margin_summary(step_margins(motion, series).steps),
         **plausibility_summary(series),
         **transition_peaks(motion.qpos[:, 7:], motion.fps, math.nan if launch_s is None else launch_s),
         **_contact(slip, depth),
@@ -118,6 +120,7 @@ def evaluate_run(
         **errors,
         **derivative_errors(simulated, reference, rate),
         **_posture(series, prepared_s),
+        **step_margin_summary(step_margins(motion, series).steps),
         "cop_to_edge_mm": 1e3 * mean(pressure[np.isfinite(pressure)]),
         "peak_speed_share": peak_speed_share(run),
         **effort(run.torque, run.torque_limit, run.qvel[:, 6:], run.timestep),
@@ -171,7 +174,7 @@ def _prepared(motion: Motion, prepared_s: tuple[float, float] | None) -> tuple[f
 
 _POSTURE_KEYS = (
     "com_cos_mm", "com_inside_share", "com_to_edge_mm", "margin_of_stability_mm", "margin_of_stability_p5_mm",
-    "unsupported_share", *(f"prepared_{key}" for key in PREPARED_KEYS),
+    "unsupported_share", *(f"prepared_{key}" for key in PREPARED_KEYS), *STEP_MARGIN_KEYS,
 )  # fmt: skip
 _CONTACT_KEYS = ("foot_slip_mm_per_stance", "foot_slip_m_s", "penetration_mm", "penetration_mean_mm")
 

@@ -108,16 +108,25 @@ def identify_run(run: Run) -> PendulumLaw:
     """
     motion = run.simulated_motion()
     smooth, body = _dynamics(motion)
+    _, pressure = smooth_pressure(run)
+    nearest = np.clip(np.round(smooth.time / run.timestep).astype(int), 0, len(pressure) - 1)
+    return _identify(motion, smooth, body, pressure[nearest])
+
+
+def smooth_pressure(run: Run) -> tuple[FloatArray, FloatArray]:
+    """Vertical force (N,) [N] and centre of pressure (N, 2) [m] of a run's steps, low-passed; NaN while nothing bears.
+
+    The pressure is weighted by the force, as the moment would be.
+    """
     pressed: BoolArray = np.asarray(np.isfinite(run.centre_of_pressure).all(axis=1))
     vertical = np.where(pressed, run.ground_force[:, 2], 0.0)
     moment = vertical[:, None] * np.where(pressed[:, None], run.centre_of_pressure, 0.0)
     samples = DYNAMICS_SIGMA_S / run.timestep
     force, moment = gaussian_filter1d(vertical, samples), gaussian_filter1d(moment, samples, axis=0)
-    bears = force > FLIGHT_SHARE * _mass(motion) * GRAVITY
+    bears = force > FLIGHT_SHARE * _mass(run.reference) * GRAVITY
     pressure = np.full_like(moment, np.nan)
     pressure[bears] = moment[bears] / force[bears, None]
-    nearest = np.clip(np.round(smooth.time / run.timestep).astype(int), 0, len(pressure) - 1)
-    return _identify(motion, smooth, body, pressure[nearest])
+    return np.asarray(force), pressure
 
 
 def _mass(motion: Motion) -> float:

@@ -10,6 +10,8 @@ SURVIVAL = ("success", "completed_share", "survived_s")
 """Metrics that mean something for a fall too: compared over all pairs, others only where both arms succeeded."""
 
 Summary = dict[str, float | int | None]
+Pair = tuple[Mapping[str, Any], Mapping[str, Any]]
+"""Two cases that differ in the arm only."""
 
 
 def bootstrap_median(
@@ -61,30 +63,47 @@ def paired_differences(
         metrics: which to compare; None for every numeric key that both arms have.
         resamples: bootstrap samples.
     """
-    arms: dict[str, dict[tuple[Any, ...], Mapping[str, Any]]] = {with_arm: {}, without_arm: {}}
-    for case in cases:
-        if case["arm"] in arms:
-            arms[case["arm"]][tuple(case[key] for key in MATCHED_ON)] = case
-    matched = [key for key in arms[with_arm] if key in arms[without_arm]]
+    matched = matched_pairs(cases, with_arm, without_arm)
     result: dict[str, dict[str, Summary]] = {}
-    for controller in sorted({str(key[-1]) for key in matched}):
-        pairs = [
-            (arms[with_arm][key], arms[without_arm][key]) for key in sorted(matched, key=str) if key[-1] == controller
-        ]
+    for controller in sorted({str(first["controller"]) for first, _ in matched}):
+        pairs = [pair for pair in matched if pair[0]["controller"] == controller]
         names = sorted(_numeric_keys(pairs)) if metrics is None else list(metrics)
         result[controller] = {name: _compare(name, pairs, generator, resamples) for name in names}
     return result
 
 
-def _compare(
-    name: str, pairs: list[tuple[Mapping[str, Any], Mapping[str, Any]]], generator: np.random.Generator, resamples: int
-) -> Summary:
-    differences = []
-    for first, second in pairs:
-        a, b = _number(first.get(name)), _number(second.get(name))
-        both_succeeded = bool(first["success"]) and bool(second["success"])
-        if a is not None and b is not None and (both_succeeded or name in SURVIVAL):
-            differences.append(a - b)
+def matched_pairs(
+    cases: Iterable[Mapping[str, Any]], with_arm: str, without_arm: str, on: Sequence[str] = MATCHED_ON
+) -> list[Pair]:
+    """Cases of one arm with those of another that agree in everything else, in a fixed order.
+
+    Args:
+        cases: as of `paired_differences`.
+        with_arm: name of the arm whose cases come first.
+        without_arm: name of the other.
+        on: keys in which the two of a pair agree.
+    """
+    arms: dict[str, dict[tuple[Any, ...], Mapping[str, Any]]] = {with_arm: {}, without_arm: {}}
+    for case in cases:
+        if case["arm"] in arms:
+            arms[case["arm"]][tuple(case[key] for key in on)] = case
+    matched = sorted((key for key in arms[with_arm] if key in arms[without_arm]), key=str)
+    return [(arms[with_arm][key], arms[without_arm][key]) for key in matched]
+
+
+def difference(name: str, pair: Pair) -> float | None:
+    """A metric of the first of a pair minus that of the second.
+
+    None where one lacks it, or where one failed and the metric is not one of `SURVIVAL`.
+    """
+    first, second = pair
+    a, b = _number(first.get(name)), _number(second.get(name))
+    both_succeeded = bool(first["success"]) and bool(second["success"])
+    return a - b if a is not None and b is not None and (both_succeeded or name in SURVIVAL) else None
+
+
+def _compare(name: str, pairs: list[Pair], generator: np.random.Generator, resamples: int) -> Summary:
+    differences = [value for pair in pairs if (value := difference(name, pair)) is not None]
     median, low, high = bootstrap_median(differences, generator, resamples=resamples)
     return {
         "n": len(differences),
@@ -96,7 +115,7 @@ def _compare(
     }
 
 
-def _numeric_keys(pairs: list[tuple[Mapping[str, Any], Mapping[str, Any]]]) -> set[str]:
+def _numeric_keys(pairs: list[Pair]) -> set[str]:
     names: set[str] = set()
     for first, second in pairs:
         names |= {key for key in first if _number(first[key]) is not None and key in second}

@@ -140,6 +140,25 @@ def repeat(motion: Motion, cycles: int) -> Motion:
     return replace(motion, qpos=np.concatenate(pieces), contacts=np.tile(motion.contacts, (cycles, 1)))
 
 
+def to_length(motion: Motion, seconds: float) -> Motion:
+    """A motion of a length: a loop is repeated and then no loop any more, other motions are cut.
+
+    Args:
+        motion: the motion; one that is shorter and no loop stays as it is.
+        seconds: from the first frame to the last, in whole frames [s].
+
+    Raises:
+        MotionError: less than two frames are left.
+    """
+    if motion.loop:
+        cycles = int(-(-(seconds * motion.fps + 1) // len(motion)))
+        motion = replace(repeat(motion, max(1, cycles)), loop=False)
+    motion = cut(motion, 0, min(len(motion), round(seconds * motion.fps) + 1))
+    if len(motion) < 2:
+        raise MotionError(f"{motion.name}: {len(motion)} frame left; tracking needs at least 2")
+    return motion
+
+
 def loop_displacement(motion: Motion) -> tuple[float, FloatArray]:
     """How far one cycle of a loop turns [rad], and its root's step on the floor (2,), in the motion's world frame [m].
 

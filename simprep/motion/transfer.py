@@ -1,17 +1,20 @@
 """From one body to another: a motion of a character retargeted as if it came from a file."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from simprep.arrays import FloatArray
 from simprep.character import ROLES, SIDES, Character, parent_role
 from simprep.errors import MotionError
+from simprep.humanoid_model import humanoid
 from simprep.motion.edit import loop_displacement
 from simprep.motion.formats.skeleton import SourceClip
 from simprep.motion.kinematics import forward_kinematics
-from simprep.motion.load import ImportResult, retarget_clip
+from simprep.motion.load import ImportResult, import_motion, retarget_clip
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import rotation_matrix
 
@@ -38,6 +41,46 @@ def transferred(motion: Motion, character: Character) -> ImportResult:
         raise MotionError(f"{motion.name}: {len(moved)} frames on {character.name} instead of {len(motion)}")
     source = f"{motion.source}, moved from {motion.character.name}".removeprefix(", ")
     return replace(result, motion=replace(moved, name=motion.name, source=source, events=motion.events))
+
+
+def onto(motion: Motion, character: Character, warn: Callable[[str], None] = lambda line: None) -> Motion:
+    """A motion on a body, as it is if it is that body's already.
+
+    Args:
+        motion: of any character with arms, legs and a thorax.
+        character: the body.
+        warn: receives what the retargeting says, a line each.
+
+    Raises:
+        SimprepError: as `transferred`.
+    """
+    if motion.character == character:
+        return motion
+    result = transferred(motion, character)
+    for line in result.report.warnings:
+        warn(line)
+    return result.motion
+
+
+def import_onto(path: str | Path, body: Character | None, **reading: Any) -> ImportResult:
+    """A motion file on a body, with one report of all that was done.
+
+    Args:
+        path: the file.
+        body: whose motion it becomes; None for the one whose motion the file holds, or the humanoid.
+        reading: further arguments of `simprep.motion.load.import_motion`.
+
+    Raises:
+        MotionFileError: it cannot be read or retargeted.
+    """
+    result = import_motion(path, character=body or humanoid(), **reading)
+    if body is None or result.motion.character == body:
+        return result
+    moved = transferred(result.motion, body)
+    report = replace(
+        moved.report, recognised=result.report.recognised, warnings=(*result.report.warnings, *moved.report.warnings)
+    )
+    return ImportResult(moved.motion, report)
 
 
 def clip_of_motion(motion: Motion) -> SourceClip:

@@ -46,6 +46,7 @@ def optimise_postures(
     character: Character,
     settings: PreparationSettings = DEFAULT_SETTINGS,
     measure: bool = True,
+    goals: FloatArray | None = None,
 ) -> OptimisedPostures:
     """Optimise the balancing joints frame by frame; root and all others stay exactly as they are.
 
@@ -62,9 +63,12 @@ def optimise_postures(
         character: whose poses they are; its `balancing` joints move.
         settings: weights and step limit.
         measure: whether to give the costs before and after; NaN otherwise.
+        goals: (T, 2) where C_b wants the COM instead [m]; NaN leaves it out.
     """
-    goals, com = centres, blended.com[:, :2]
-    if settings.support_smoothing > 0:
+    given, com = goals is not None, blended.com[:, :2]
+    if goals is None:
+        goals = centres
+    if not given and settings.support_smoothing > 0:
         goals = com + displacement_path(centres - com, settings.com_reach, settings.support_smoothing * fps)
     problem = PostureProblem(character, settings)
     n = len(qpos)
@@ -89,7 +93,7 @@ def optimise_postures(
     hinges = out[:, problem.columns]
     moved = np.clip(hinges + share[:, None] * change, problem.low, problem.high)
     out[:, problem.columns] = np.where(share[:, None] > 0, moved, hinges)
-    if settings.support_smoothing > 0:
+    if not given and settings.support_smoothing > 0:
         _repair(problem, out, com, centres, share, fps)
 
     before, after = np.full((n, 4), np.nan), np.full((n, 4), np.nan)

@@ -291,9 +291,13 @@ class PostureProblem:
             curvature[held] = 0.0
             curvature[:, held] = 0.0
             curvature[held, held] = 1.0
-        _, direction, failed = dposv(curvature.T, gradient, overwrite_a=True)  # symmetric; LAPACK wants columns
-        if failed:
-            direction = gradient
+        if self.settings.descent == "steepest":
+            bend = float(gradient @ curvature @ gradient)
+            direction = gradient * (float(gradient @ gradient) / bend if bend > 0 else 0.0)
+        else:
+            _, direction, failed = dposv(curvature.T, gradient, overwrite_a=True)  # symmetric; LAPACK wants columns
+            if failed:
+                direction = gradient
         for _ in range(6):
             trial = self._at(frame, self._within(hinges - direction))
             if trial.costs.total < posture.costs.total:

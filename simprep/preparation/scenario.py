@@ -14,6 +14,8 @@ from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 from simprep.preparation.transition import DEFAULT_WINDOW_S, launch, launch_frame
 
 ARMS = ("none", "traditional", "blended", "optimised")
+"""The arms that a study compares where it is not told otherwise."""
+ALL_ARMS = (*ARMS, "dynamic")
 RISE_EVENT = "rise"
 SCENARIO_FPS = 60.0
 
@@ -87,17 +89,17 @@ def build_scenario(
     arm: str = "optimised",
     settings: PreparationSettings = DEFAULT_SETTINGS,
 ) -> ScenarioResult:
-    """Locomotion while the level of preparation rises, held, then the target, in one of four arms.
+    """Locomotion while the level of preparation rises, held, then the target, in one of the arms.
 
     All share timing, launch frame, entry frame of the target and transition. `none` walks on unprepared (a plain motion-graph
     transition), `traditional` blends every joint with the one weight alpha, `blended` is the preparation without posture
-    optimisation, `optimised` the one with it.
+    optimisation, `optimised` the one with it, and `dynamic` the one with the optimiser of that name (`PreparationSettings.optimiser`).
 
     Args:
         locomotion: a loop, or a clip long enough.
         target: with the event `target` at the first frame of the target movement.
         alpha_profile: level over time, or just the level.
-        arm: one of `ARMS`.
+        arm: one of `ALL_ARMS`.
         settings: constants of the preparation.
 
     Raises:
@@ -105,8 +107,8 @@ def build_scenario(
         UnknownNameError: an unknown arm.
         SettingError: a level outside 0 to 1.
     """
-    if arm not in ARMS:
-        raise UnknownNameError("arm", arm, ARMS)
+    if arm not in ALL_ARMS:
+        raise UnknownNameError("arm", arm, ALL_ARMS)
     profile = alpha_profile if isinstance(alpha_profile, AlphaProfile) else AlphaProfile(level=float(alpha_profile))
     reference_posture(target, settings)  # an unmarked target is refused before the work
     locomotion = resample(locomotion, SCENARIO_FPS)
@@ -122,7 +124,9 @@ def build_scenario(
         levels = np.zeros_like(levels)
     elif arm == "traditional":
         used = replace(settings, curve="linear")
-    approach = prepare(locomotion, target, levels, settings=used, optimise=arm == "optimised")
+    elif arm == "dynamic":
+        used = replace(settings, optimiser="dynamic")
+    approach = prepare(locomotion, target, levels, settings=used, optimise=arm in ("optimised", "dynamic"))
     begin = {RISE_EVENT: min(round(profile.lead * fps), at)}
     motion = launch(replace(approach.motion, events=begin), at, target, reference.frame, profile.window, settings)
     motion = replace(motion, name=f"{locomotion.name}_{target.name}_a{round(100 * profile.level):03d}_{arm}")

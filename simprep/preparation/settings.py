@@ -7,6 +7,8 @@ from simprep.errors import SettingError, UnknownNameError
 
 CURVES = ("described", "printed", "linear")
 ROOT_HEIGHTS = ("support", "mean")
+OPTIMISERS = ("paper", "dynamic")
+DESCENTS = ("gauss-newton", "steepest")
 
 
 @dataclass(frozen=True)
@@ -31,6 +33,13 @@ class PreparationSettings:
             falls with the square of the frame rate, which the paper does not state.
         joint_weight: weight of half the sum of squared hinge changes in the cost [m/rad^2], an addition of ours; 0 for the
             paper's. C_s sees body centres only: without it the hinges of the arms spin freely to gain a millimetre.
+        optimiser: `paper` draws the COM to the centre of support as it is in the frame. `dynamic` draws the extrapolated COM
+            to the mean centre of support of the coming half step, and lets hips and pelvis help while the feet stay
+            (`simprep.preparation.dynamic_balance`).
+        look_ahead: what `dynamic` takes for half a step: 108 steps a minute [s].
+        pelvis_reach: farthest shift of the pelvis that `dynamic` may ask for [m]; 0 leaves it where it is.
+        descent: `gauss-newton` divides the gradient by the Gauss-Newton matrix; `steepest` goes along the gradient, as far as the
+            same matrix says, which is as near to the paper's gradient descent as it tells.
         max_steps: most descent steps per frame (paper: 10).
         threshold: posture optimisation is skipped below this level of preparation (paper: 0.3).
         threshold_ramp: time over which the posture change is eased in after alpha has passed `threshold`, and out before it
@@ -61,6 +70,10 @@ class PreparationSettings:
     style_weight: float = 1.0
     smoothness_weight: float = 0.25
     joint_weight: float = 0.02
+    optimiser: str = "paper"
+    look_ahead: float = 0.28
+    pelvis_reach: float = 0.02
+    descent: str = "gauss-newton"
     max_steps: int = 10
     threshold: float = 0.3
     threshold_ramp: float = 0.2
@@ -77,6 +90,10 @@ class PreparationSettings:
             raise UnknownNameError("blending curve", self.curve, CURVES)
         if self.root_height not in ROOT_HEIGHTS:
             raise UnknownNameError("root height", self.root_height, ROOT_HEIGHTS)
+        if self.optimiser not in OPTIMISERS:
+            raise UnknownNameError("posture optimiser", self.optimiser, OPTIMISERS)
+        if self.descent not in DESCENTS:
+            raise UnknownNameError("descent", self.descent, DESCENTS)
         for name, value in {
             "curvature_lower": self.curvature_lower,
             "curvature_upper": self.curvature_upper,
@@ -88,6 +105,7 @@ class PreparationSettings:
         for name in (
             "leg_threshold", "balance_weight", "style_weight", "smoothness_weight", "max_steps", "threshold",
             "threshold_ramp", "support_smoothing", "com_reach", "change_smoothing", "joint_weight", "foot_ease", "step_clearance",
+            "look_ahead", "pelvis_reach",
         ):  # fmt: skip
             if not getattr(self, name) >= 0:
                 raise SettingError(f"{name} {getattr(self, name)}; valid: 0 or more")

@@ -15,6 +15,7 @@ from simprep.motion.curves import smooth_step
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.support import support_centre, support_points
 from simprep.preparation.blending import joint_weights
+from simprep.preparation.dynamic_balance import DynamicBalance, pelvis_shift, shift_pelvis
 from simprep.preparation.planting import plant_feet
 from simprep.preparation.posture_optimisation import OptimisedPostures, optimise_postures
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -172,7 +173,13 @@ def synthesise(
     if optimise and character.balancing and (level >= settings.threshold).any():
         centre = support_centre(*support)
         share = change_share(level, fps, settings)
-        optimised = optimise_postures(qpos, kinematics, centre, share, fps, character, settings, measure)
+        goals, posed = None, kinematics
+        if settings.optimiser == "dynamic":
+            displacement = DynamicBalance(kinematics.com, centre, fps, settings).solve()
+            goals = kinematics.com[:, :2] + displacement
+            shift = pelvis_shift(displacement, share, fps, settings.pelvis_reach)
+            qpos, posed, _ = shift_pelvis(qpos, kinematics, shift, fps, character)
+        optimised = optimise_postures(qpos, posed, centre, share, fps, character, settings, measure, goals)
         qpos = optimised.qpos
     elif measure:
         centre = support_centre(*support)

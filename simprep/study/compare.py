@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 
 from simprep.metrics.paired import Summary, paired_differences
+from simprep.study.plan import BEFORE_PHYSICS
 from simprep.study.validate import Study, launch_s
 
 WITH, WITHOUT = "optimised", "blended"
+OTHER_OPTIMISER = "dynamic"
 BOOTSTRAP_SEED = 2013
-BEFORE_PHYSICS = "motion"
 
 Paired = dict[str, Summary]
 
@@ -37,15 +38,15 @@ def motion_rows(study: Study) -> list[dict[str, Any]]:
     ]
 
 
-def paired_by_controller(study: Study) -> dict[str, Paired]:
+def paired_by_controller(study: Study, with_arm: str = WITH) -> dict[str, Paired]:
     """With minus without posture optimisation in physics, by controller (`paired_differences`)."""
-    return paired_differences(case_rows(study), WITH, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
+    return paired_differences(case_rows(study), with_arm, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
 
 
-def paired_before_physics(study: Study) -> Paired:
+def paired_before_physics(study: Study, with_arm: str = WITH) -> Paired:
     """With minus without posture optimisation in the motions themselves, matched in target and level."""
     cases = [{**record, "controller": BEFORE_PHYSICS, "seed": 0, "success": True} for record in motion_rows(study)]
-    paired = paired_differences(cases, WITH, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
+    paired = paired_differences(cases, with_arm, WITHOUT, np.random.default_rng(BOOTSTRAP_SEED))
     return {
         metric: {key: summary[key] for key in ("n", "median", "low", "high")}
         for metric, summary in paired.get(BEFORE_PHYSICS, {}).items()

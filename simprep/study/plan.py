@@ -6,14 +6,17 @@ from dataclasses import dataclass
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.motion import Motion
 from simprep.physics.tracker import CONTROLLERS
-from simprep.preparation.scenario import ARMS, AlphaProfile
+from simprep.preparation.scenario import ALL_ARMS, ARMS, AlphaProfile
 
 ARM_LABELS = {
     "none": "no preparation",
     "traditional": "traditional blending",
     "blended": "preparation",
     "optimised": "preparation + optimisation",
+    "dynamic": "preparation + dynamic optimisation",
 }
+BEFORE_PHYSICS = "motion"
+"""What stands for a controller where the motion itself is measured."""
 DETERMINISTIC = ("pd",)
 """Controllers without random numbers: only the first seed is run, as every seed gives the same run."""
 
@@ -28,7 +31,7 @@ class Condition:
     Attributes:
         target: name of the target motion.
         alpha: level of preparation reached before the launch, 0 to 1.
-        arm: one of `ARMS`.
+        arm: one of `ALL_ARMS`.
     """
 
     target: str
@@ -58,7 +61,7 @@ class StudyPlan:
         locomotion: what the character does before the target.
         targets: target motions; their names must differ. An event `target` marks the first frame of the movement.
         alphas: levels of preparation, 0 to 1.
-        arms: which of `ARMS`.
+        arms: which of `ALL_ARMS`.
         controllers: which of `CONTROLLERS`.
         seeds: seeds of the random controllers; a deterministic one runs the first only.
         profile: how the level of preparation rises; its own level is replaced by each of `alphas`.
@@ -93,8 +96,8 @@ class StudyPlan:
             if not 0 <= alpha <= 1:
                 raise SettingError(f"alpha {alpha:g}; valid: 0 to 1")
         for arm in self.arms:
-            if arm not in ARMS:
-                raise UnknownNameError("arm", arm, ARMS)
+            if arm not in ALL_ARMS:
+                raise UnknownNameError("arm", arm, ALL_ARMS)
         for controller in self.controllers:
             if controller not in CONTROLLERS:
                 raise UnknownNameError("controller", controller, CONTROLLERS)

@@ -6,6 +6,7 @@ from typing import Any
 
 from simprep.report.results import provenance, save_json
 from simprep.study.compare import (
+    OTHER_OPTIMISER,
     WITH,
     WITHOUT,
     case_rows,
@@ -23,16 +24,23 @@ SCHEMA = "simprep.validate/1"
 def study_content(study: Study) -> dict[str, Any]:
     """The study's numbers: `complete`, `wall_s`, `cases`, `paired`, `paired_before_physics`, `motions`, `assist`.
 
-    `motions` are measured before physics; `assist` is the largest over all cases.
+    With the arm `dynamic`, also `paired_dynamic` and `paired_dynamic_before_physics`: that arm minus `blended`. `motions` are measured before physics; `assist` is the largest over all cases.
     """
     cases = case_rows(study)
     force_n, torque_nm = largest_assist(cases)
+    other = {}
+    if OTHER_OPTIMISER in study.plan.arms:
+        other = {
+            "paired_dynamic": paired_by_controller(study, OTHER_OPTIMISER),
+            "paired_dynamic_before_physics": paired_before_physics(study, OTHER_OPTIMISER),
+        }
     return {
         "complete": study.complete,
         "wall_s": round(study.wall_s, 2),
         "cases": cases,
         "paired": paired_by_controller(study),
         "paired_before_physics": paired_before_physics(study),
+        **other,
         "motions": motion_rows(study),
         "assist": {"force_n": force_n, "torque_nm": torque_nm},
     }

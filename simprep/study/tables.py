@@ -6,8 +6,8 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from simprep.study.compare import BEFORE_PHYSICS, WITH, WITHOUT, median_of, paired_before_physics, paired_by_controller
-from simprep.study.plan import ARM_LABELS
+from simprep.study.compare import OTHER_OPTIMISER, WITH, WITHOUT, median_of, paired_before_physics, paired_by_controller
+from simprep.study.plan import ARM_LABELS, BEFORE_PHYSICS
 from simprep.study.validate import Study
 
 Column = tuple[str, str, str]
@@ -46,7 +46,9 @@ def study_tables(study: Study) -> Iterator[Table]:
     """Tables of a study, finished or cut short: runs, motions before physics, effect of posture optimisation."""
     yield _runs(study)
     yield _motions(study)
-    yield _paired(study)
+    yield _paired(study, WITH)
+    if OTHER_OPTIMISER in study.plan.arms:
+        yield _paired(study, OTHER_OPTIMISER)
 
 
 def _runs(study: Study) -> Table:
@@ -88,11 +90,14 @@ def _motions(study: Study) -> Table:
     return table
 
 
-def _paired(study: Study) -> Table:
-    title = f"{ARM_LABELS[WITH]} minus {ARM_LABELS[WITHOUT]}: medians over pairs (95 % interval)"
+def _paired(study: Study, with_arm: str) -> Table:
+    title = f"{ARM_LABELS[with_arm]} minus {ARM_LABELS[WITHOUT]}: medians over pairs (95 % interval)"
     table = Table(title=Text(title), title_justify="left")
     table.add_column("metric")
-    columns: Mapping[str, Any] = {BEFORE_PHYSICS: paired_before_physics(study), **paired_by_controller(study)}
+    columns: Mapping[str, Any] = {
+        BEFORE_PHYSICS: paired_before_physics(study, with_arm),
+        **paired_by_controller(study, with_arm),
+    }
     for name in columns:
         table.add_column(name if name == BEFORE_PHYSICS else f"simulated, {name}", justify="right")
     for heading, key, form in PAIRED_ROWS:

@@ -176,7 +176,19 @@ def test_every_command_has_json_and_quiet(words, kind, monkeypatch, capsys):
         "check": ["x", "--baseline", "b.json"],
     }.get(words[-1])
     if needed is None:
-        takes_one = ("track", "push", "import", "check-motion", "join", "label", "analyse", "show", "describe")
+        takes_one = (
+            "track",
+            "push",
+            "margins",
+            "sweep",
+            "import",
+            "check-motion",
+            "join",
+            "label",
+            "analyse",
+            "show",
+            "describe",
+        )
         needed = ["x"] if words[-1] in takes_one else []
     printed = {}
     for flags in ([], ["--quiet"], ["--json"], ["--json", "--quiet"]):

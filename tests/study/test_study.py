@@ -26,7 +26,13 @@ def still(name):
 def fake_scenario(locomotion, target, profile, arm, *args, **kwargs):
     """Bends backward by an amount that depends on arm and level; no preparation does not depend on the level."""
     alpha = profile.level
-    lean = {"none": 0.3, "traditional": 0.25 * alpha, "blended": 0.2 * alpha, "optimised": 0.09 * alpha}[arm]
+    lean = {
+        "none": 0.3,
+        "traditional": 0.25 * alpha,
+        "blended": 0.2 * alpha,
+        "optimised": 0.09 * alpha,
+        "dynamic": 0.05 * alpha,
+    }[arm]
     qpos = locomotion.qpos.copy()
     qpos[:, 7 + humanoid().joint("lumbar_flexion")] = -lean
     name = f"{target.name}_{arm}"
@@ -165,3 +171,17 @@ def test_pictures_of_a_study_are_drawn_for_every_target(fakes, tmp_path, capsys)
     assert "MPJPE [mm]" in table
     assert "preparation + optimisation" in table
     assert str(out) in table
+
+
+def test_the_other_optimiser_is_an_arm_that_is_compared_too(fakes, tmp_path, capsys):
+    fakes()
+    command = ["validate", "--target", "a", "--arms", "blended", "optimised", "dynamic", "-o", str(tmp_path)]
+    assert main([*command, "--json", "--no-pictures", "--controllers", "mpc"]) == 0
+    captured = capsys.readouterr()
+    content = json.loads(captured.out)
+    assert {case["arm"] for case in content["cases"]} == {"blended", "optimised", "dynamic"}
+    change = [content[name]["mpc"]["com_cos_mm"]["median"] for name in ("paired", "paired_dynamic")]
+    assert change[0] != change[1]
+    assert content["paired_dynamic_before_physics"]["com_cos_mm"]["n"] == 2
+    assert "preparation + dynamic optimisation minus preparation" in captured.err
+    assert main(["validate", "--target", "a", "--arms", "magic", "-o", str(tmp_path)]) == 2

@@ -6,6 +6,7 @@ joints its one, `lumbar_extension` and so on, is written too; it is read only wh
 """
 
 import warnings
+from collections.abc import Mapping
 from io import StringIO
 from pathlib import Path
 
@@ -64,15 +65,29 @@ def write_opensim(motion: Motion, path: Path) -> tuple[str, ...]:
         name, sign = named.get(joint, (OWN + joint, 1.0))
         columns[name] = np.degrees(sign * qpos[:, 7 + index])
     size = "".join(f"{key}={value:.9g}\n" for key, value in unusual_size(character).items())
-    head = (
-        f"Coordinates\nversion=1\nnRows={len(motion)}\nnColumns={len(columns)}\ninDegrees=yes\n\n"
-        f"Written by simprep: joint angles of a character; angles in degrees, places in metres.\n"
-        f"character={character.name}\n{size}endheader\n"
+    about = "Written by simprep: joint angles of a character; angles in degrees, places in metres."
+    path.write_text(
+        opensim_table("Coordinates", columns, f"{about}\ncharacter={character.name}\n{size}", degrees=True),
+        encoding="utf-8",
+        newline="\n",
     )
+    return lost(motion)
+
+
+def opensim_table(title: str, columns: Mapping[str, FloatArray], about: str, degrees: bool = False) -> str:
+    """Columns (T,) by name as the text of a MOT or STO file; the first is `time`. NaN is written as `nan`.
+
+    Args:
+        title: first line of the header.
+        columns: of equal length.
+        about: further lines of the header, each ended.
+        degrees: whether angles are in degrees, as the header says.
+    """
+    rows = len(next(iter(columns.values())))
+    head = f"{title}\nversion=1\nnRows={rows}\nnColumns={len(columns)}\ninDegrees={'yes' if degrees else 'no'}\n\n{about}endheader\n"
     text = StringIO()
     np.savetxt(text, np.stack(list(columns.values()), axis=1), fmt="%.9f", delimiter="\t")
-    path.write_text(head + "\t".join(columns) + "\n" + text.getvalue(), encoding="utf-8", newline="\n")
-    return lost(motion)
+    return head + "\t".join(columns) + "\n" + text.getvalue()
 
 
 def read_opensim(path: Path, options: ReadOptions) -> ReadMotion:
