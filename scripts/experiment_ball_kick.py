@@ -53,6 +53,7 @@ def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
         place=(0.0, 0.0, float(heading)),
         frame=int(rng.integers(64)),
         things=things,
+        strikes={0: ("right_foot", f"ball{chosen}")},
         drawn={"heading_rad": heading, "balls_m": balls.tolist(), "chosen": chosen},
     )
 

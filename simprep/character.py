@@ -10,11 +10,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from types import MappingProxyType
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from simprep.arrays import FloatArray, IndexArray
+from simprep.display import SelfShowing
 from simprep.errors import SettingError, UnknownNameError
 
 SIDES = ("left", "right")
@@ -53,7 +55,7 @@ def _with_frames(build: Callable[[], mujoco.MjSpec], frames: Mapping[str, Frame]
 
 
 @dataclass(frozen=True, eq=False)
-class Character:
+class Character(SelfShowing):
     """Everything that a function needs to know of a body. Characters with the same name and digest are equal.
 
     Attributes:
@@ -113,6 +115,17 @@ class Character:
     def __repr__(self) -> str:
         size = f", {self.height_m:g} m, {self.mass_kg:g} kg" if self.height_m and self.mass_kg else ""
         return f"<Character {self.name}{size}, {len(self.joints)} joints, {self.digest}>"
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(character)` and Jupyter show."""
+        return self.name, {
+            "joints": len(self.joints),
+            "segments": len(self.segments),
+            "height [m]": self.height_m,
+            "mass [kg]": self.mass_kg,
+            "groups": ", ".join(self.groups) or None,
+            "digest": self.digest,
+        }
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Character) and (self.name, self.digest) == (other.name, other.digest)

@@ -27,6 +27,7 @@ BASE = (
     "arrays",
     "character",
     "characters",
+    "display",
     "errors",
     "files",
     "geoms",

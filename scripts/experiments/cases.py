@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from experiments.props import miss_m
 from simprep import __version__
 from simprep.controller.policy import Policy
 from simprep.controller.runtime.approach import Approach, approach
@@ -51,6 +52,7 @@ class Setting:
         frame: of the walk to begin with.
         things: what is drawn in the film strip; nothing collides with it.
         drawn: the numbers drawn, for the record.
+        strikes: of a task by its number, the segment that shall strike and the name of the thing that it shall strike.
     """
 
     tasks: tuple[Task, ...]
@@ -58,6 +60,14 @@ class Setting:
     frame: int = 0
     things: tuple[Obstacle, ...] = ()
     drawn: Mapping[str, Any] = field(default_factory=dict)
+    strikes: Mapping[int, tuple[str, str]] = field(default_factory=dict)
+
+    def struck(self, number: int) -> tuple[str, Obstacle] | None:
+        """The segment that shall strike in a task, and the thing; None where nothing shall be struck."""
+        if number not in self.strikes:
+            return None
+        segment, name = self.strikes[number]
+        return segment, next(thing for thing in self.things if thing.name == name)
 
 
 @dataclass(frozen=True)
@@ -192,6 +202,12 @@ def run_case(experiment: Experiment, key: CaseKey, world: World, folder: Path) -
             }  # fmt: skip
             before = evaluate_motion(cut(motion, first, after), launch_s)
             row["before_physics"] = {name: before[name] for name in LAUNCH_METRICS}
+            if struck := setting.struck(number):
+                for where, played in (
+                    (row, run.simulated_motion()),
+                    (row["before_physics"], cut(motion, first, after)),
+                ):
+                    where["miss_mm"] = 1000 * miss_m(played, *struck, launch_s)
             rows.append(row)
     if experiment.windows and key.seed == 0:
         run = track(motion, "mpc", key.seed)

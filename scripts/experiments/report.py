@@ -10,12 +10,26 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
-from experiments.cases import ARMS, LAUNCH_METRICS, Experiment, build_worlds, kept_motions, make_approach, run_cases
+from experiments.cases import (
+    ARMS,
+    LAUNCH_METRICS,
+    Experiment,
+    Setting,
+    build_worlds,
+    kept_motions,
+    make_approach,
+    run_cases,
+)
+from experiments.props import STRIKES_S, flight
 from simprep.errors import MissingExtraError, SimprepError
 from simprep.metrics.paired import paired_differences
+from simprep.motion.motion import Motion
 from simprep.report.approach_figure import plot_approach
+from simprep.report.figures import COLOURS
 from simprep.report.film_strip import Row, StripSettings, save_film_strip
 from simprep.report.gl import NoGlError
+from simprep.report.page import REPORT_FILE, Page, save_page
+from simprep.report.replay.actor import Actor, Replay
 from simprep.report.results import provenance, save_json
 from simprep.scene import Obstacle, SceneSettings
 
@@ -33,6 +47,10 @@ WITH_PEOPLE: dict[str, Any] = {
     "influence; no physics, nothing collides with them. Each picture is as wide as it takes to show everybody.",
 }
 """Wider pictures, and what they say, where people are around the character."""
+REPLAY_LEGEND = (
+    "Solid is what was simulated, pale grey its reference. A ball that is struck gets the foot's speed along the normal of the contact "
+    "and half of it more, and flies on; it does not push back. Nothing else around the body collides."
+)
 COMPARISONS = (("blended", "none"), ("optimised", "none"), ("optimised", "blended"))
 METRICS = (*LAUNCH_METRICS, "success", "mpjpe_mm", "torque_rms_nm")
 LABELS = {"none": "no preparation (plain graph)", "blended": "preparation", "optimised": "preparation + optimisation"}
@@ -62,6 +80,9 @@ def summarise(cases: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             "whole_done": sum(case["whole"].get("end") == "done" for case in own),
             "whole_simulated": sum(bool(case["whole"]) for case in own),
             **{name: _median(good, name) for name in (*LAUNCH_METRICS, "alpha_in_effect", "mpjpe_mm")},
+            "strikes_met": sum(row["miss_mm"] == 0 for row in launches if "miss_mm" in row),
+            "strikes": sum("miss_mm" in row for row in launches),
+            "miss_mm": _median(launches, "miss_mm"),
             "max_alpha_jump": max((case["approach"]["max_alpha_jump"] for case in own), default=None),
             "duration_s": _median([case["approach"] for case in own], "duration_s"),
         }
@@ -89,6 +110,7 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
         NoGlError: nothing can draw off screen here.
     """
     files = []
+    replays: list[Replay] = []
     worlds = build_worlds(experiment)
     rows: list[Row] = []
     marks: dict[str, float] = {}
@@ -110,12 +132,16 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
         )
         moments += [frame / planned.fps for frame in shown]
         moments += [person.events["impact"] / person.fps for person in people if "impact" in person.events]
+        replays.append(_replay(LABELS[arm], setting, simulated, planned, people, result.launches))
         note = "" if simulated.duration > planned.duration - 0.1 else f"fell at {simulated.duration:.2f} s"
         launched = ", ".join(f"{at / planned.fps:.2f} s" for at in result.launches)
         rows.append(Row(f"{LABELS[arm]}, simulated with mpc; launch at {launched}", simulated, note or "ended", people))
         if simulated.duration >= longest:
             longest = simulated.duration
             marks = {f"launch {number + 1}": at / planned.fps for number, at in enumerate(result.launches)}
+    if replays:
+        page = Page(experiment.title, "Seed 0, simulated with mpc, one arm at a time.", replays, legend=REPLAY_LEGEND)
+        files.append(save_page(page, folder / REPORT_FILE))
     if rows:
         even = np.linspace(0.0, longest, int(np.clip(round(longest / 0.7), 7, 13)))
         times = [time for time in even if np.abs(np.array([*moments, np.inf]) - time).min() > 0.25]
@@ -127,6 +153,26 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
         )
         files.append(save_film_strip(rows, folder / f"strip_{experiment.name}.png", strip))
     return files
+
+
+def _replay(
+    label: str, setting: Setting, simulated: Motion, planned: Motion, people: Sequence[Motion], launches: Sequence[int]
+) -> Replay:
+    """One arm with the things around it; what it strikes flies (`experiments.props`)."""
+    actors = (
+        Actor(label, simulated, planned),
+        *(Actor("opponent, drawn only", person, colour=COLOURS[3]) for person in people),
+    )
+    struck = [(at / planned.fps, setting.struck(number)) for number, at in enumerate(launches)]
+    props = []
+    for launch_s, strike in struck:
+        if strike is not None:
+            first = round(launch_s * simulated.fps)
+            props.append(flight(simulated, *strike, first, first + round(STRIKES_S * simulated.fps)))
+    moving = {prop.shape.name for prop in props}
+    still = tuple(thing for thing in setting.things if thing.name not in moving)
+    marks = tuple((f"launch {number + 1}", at / planned.fps) for number, at in enumerate(launches))
+    return Replay(label, actors, still, tuple(props), marks=marks)
 
 
 def main(experiment: Experiment, description: str) -> int:

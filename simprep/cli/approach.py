@@ -17,13 +17,16 @@ if TYPE_CHECKING:
 
 HEADLINE = ("reached", "time_s", "alpha_at_influence", "max_alpha_jump", "fps")
 """Keys of `--json` that other tools rely on."""
+PICTURES = 10
+"""In the film strip."""
 
 
 @dataclass(frozen=True)
 class Approach(BaseCommand):
     """Walk to a goal under the controller, prepare for what is near, launch the target there, and simulate it all.
 
-    Writes approach.npz (the motion), metrics.json, plan.png (seen from above) and strip.png, and run.npz where it is simulated.
+    Writes approach.npz (the motion), metrics.json, plan.png (seen from above), strip.png and report.html (a page with a replay that
+    opens from disk), and run.npz where it is simulated.
 
     Example: simprep approach --goal 3,1 --influence 3,1 --target punch_right -o out/approach
     """
@@ -56,7 +59,7 @@ class Approach(BaseCommand):
     """Synthesise only; do not simulate."""
 
     no_pictures: bool = False
-    """Draw no pictures."""
+    """Draw no pictures and write no report page."""
 
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = Path(
         "results/approach"
@@ -78,6 +81,8 @@ class Approach(BaseCommand):
         from simprep.controller.runtime.world import library_world
         from simprep.metrics.evaluate import evaluate_motion
         from simprep.motion.store import save_motion
+        from simprep.report.approach_page import approach_page
+        from simprep.report.page import write_report
         from simprep.report.results import provenance, save_json
 
         names = [self.target, *(name for source in sources for name in source.targets)]
@@ -112,6 +117,12 @@ class Approach(BaseCommand):
             files.append(run[2])
         if not self.no_pictures:
             files += self._draw(result, task, None if run is None else run[0], output)
+            details = {name: content[name] for name in ("command", "created_utc", "versions", "platform")}
+            files += write_report(
+                self.out,
+                lambda: approach_page(result, task, None if run is None else run[:2], files, details, output.warnings),
+                output.warn,
+            )
         content["warnings"] = output.warnings
         files.append(self.out / "metrics.json")
         content["files"] = [path.name for path in files]
@@ -142,8 +153,11 @@ class Approach(BaseCommand):
 
     def _draw(self, result: "Result", task: "Task", run: Any, output: Output) -> list[Path]:
         from simprep.report.approach_figure import plot_approach
+        from simprep.report.approach_page import place_marks
+        from simprep.report.contact_sheet import picture_times
         from simprep.report.film_strip import Row, StripSettings, save_film_strip
         from simprep.report.gl import pictures_or_warning
+        from simprep.scene import SceneSettings
 
         files = []
         motion = result.motion
@@ -155,7 +169,9 @@ class Approach(BaseCommand):
         with pictures_or_warning("pictures are missing", output.warn):
             title = f"approach, {self.target}"
             files.append(plot_approach(result, [task], self.out / "plan.png", title))
-            files.append(save_film_strip(rows, self.out / "strip.png", StripSettings(columns=10, marks=marks)))
+            times = tuple(float(time) for time in picture_times(motion, PICTURES))
+            strip = StripSettings(times_s=times, marks=marks, scene=SceneSettings(obstacles=place_marks(task)))
+            files.append(save_film_strip(rows, self.out / "strip.png", strip))
         return files
 
 

@@ -21,7 +21,8 @@ class FightCommand(BaseCommand):
     that is possible, and the fight goes on.
 
     Writes fight.npz (both motions), actions.csv, metrics.json; of the simulation tracked.npz (what was simulated), run.npz,
-    simulated.npz, contacts.csv; and, where pictures can be drawn, strip.png and timeline.png. Without --model the built-in kickboxing stream is used, which is
+    simulated.npz, contacts.csv; and, where pictures can be drawn, strip.png, timeline.png
+    and report.html (a page with a replay that opens from disk). Without --model the built-in kickboxing stream is used, which is
     synthetic; its model is made once (about a minute) and kept.
 
     Example: simprep fight --seconds 10 --seed 3 -o out/fight
@@ -56,7 +57,7 @@ class FightCommand(BaseCommand):
     """Simulate the fight as synthesised, without optimising both fighters' postures before."""
 
     no_pictures: bool = False
-    """Draw no film strip and no time line."""
+    """Draw no film strip and no time line, and write no report page."""
 
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = None
     """Folder for the results; default results/fight/MODE_SEED."""
@@ -80,7 +81,9 @@ class FightCommand(BaseCommand):
         )
         from simprep.physics.mpc import MPC_PRESETS
         from simprep.report.fight.files import save_fight
+        from simprep.report.fight.page import fight_page
         from simprep.report.fight.pictures import draw_fight
+        from simprep.report.page import write_report
         from simprep.report.results import provenance, save_json
 
         with output.progress() as bar:
@@ -123,6 +126,8 @@ class FightCommand(BaseCommand):
         files = save_fight(results, folder)
         if not self.no_pictures:
             files += draw_fight(results, folder, PICTURES, output.warn)
+            how = provenance(output_module.arguments)
+            files += write_report(folder, lambda: fight_page(results, files, how, output.warnings), output.warn)
         files.append(folder / "metrics.json")
         whole = {**provenance(output_module.arguments), **fight_content(results)}
         save_json(files[-1], {**whole, "warnings": output.warnings, "files": [path.name for path in files]})

@@ -18,11 +18,13 @@ from simprep.cli.graph import Graph
 from simprep.cli.import_motion import Import
 from simprep.cli.margins import MarginsCommand
 from simprep.cli.push import PushCommand
+from simprep.cli.render import Render
 from simprep.cli.stability import StabilityCommand
 from simprep.cli.sweep import SweepCommand
 from simprep.cli.track import Track
 from simprep.cli.train import Train
 from simprep.cli.validate import Validate
+from simprep.cli.view import View
 from simprep.errors import SimprepError
 from simprep.report import gl
 
@@ -44,6 +46,8 @@ Command = (
     | Annotated[Graph, tyro.conf.subcommand("graph")]
     | Annotated[Train, tyro.conf.subcommand("train")]
     | Annotated[Approach, tyro.conf.subcommand("approach")]
+    | Annotated[View, tyro.conf.subcommand("view")]
+    | Annotated[Render, tyro.conf.subcommand("render")]
     | Annotated[robot.Robot, tyro.conf.subcommand("robot", description=robot.DESCRIPTION)]
     | Annotated[library.Library, tyro.conf.subcommand("library", description=library.DESCRIPTION)]
 )

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
 class PushCommand(BaseCommand):
     """Find the largest push that a motion tracked by mpc survives, by direction, with its interval over seeds.
 
-    It takes minutes: a bisection for each direction and seed. Writes metrics.json and, where plots can be drawn, push.png.
+    It takes minutes: a bisection for each direction and seed. Writes metrics.json and, where plots can be drawn, push.png and
+    report.html, a page with a replay that opens from disk.
 
     Example: simprep push stand --directions 4 --seeds 1 --preset live -o out/push
     """
@@ -69,9 +70,11 @@ class PushCommand(BaseCommand):
         from simprep.physics.mpc import MPC_PRESETS
         from simprep.physics.settings import SimulationSettings
         from simprep.report.gl import pictures_or_warning
+        from simprep.report.page import write_report
         from simprep.report.push_figure import plot_push_limits
         from simprep.report.results import provenance, save_json
         from simprep.study.push_limits import AFTER_S, PushSettings, push_limits
+        from simprep.study.push_page import PushRuns, push_page
 
         motion = resolve_motion(self.motion, output.warn, self.library, self.robot)
         at = self._at(motion, DEFAULT_LOOP_S / 2 if motion.loop else motion.duration / 2)
@@ -81,6 +84,7 @@ class PushCommand(BaseCommand):
         # a loop goes on as long as the push needs, within reason
         seconds = min(max(DEFAULT_LOOP_S, at + self.duration + AFTER_S), 600.0) if motion.loop else None
         motion = select(motion, None, seconds, output.warn)
+        runs = PushRuns()
         with output.progress() as bar:
             task = bar.add_task("without a push", total=self.directions * self.seeds)
             limits = push_limits(
@@ -88,6 +92,7 @@ class PushCommand(BaseCommand):
                 settings,
                 simulation=SimulationSettings(mpc=MPC_PRESETS[self.preset]),
                 on_progress=lambda what, done: bar.update(task, description=what, completed=done),
+                on_run=runs.add,
             )
         folder, table = self.out or Path("results") / "push" / motion.name, limits.by_direction()
         if fallen := sum(limits.fell_unpushed):
@@ -100,9 +105,11 @@ class PushCommand(BaseCommand):
         files = [folder / "metrics.json"]
         with pictures_or_warning("no plot", output.warn):
             files.append(plot_push_limits(table, folder / "push.png", f"{title}; seeds: {self.seeds}"))
+        made = provenance(output_module.arguments)
+        files += write_report(folder, lambda: push_page(title, limits, runs, files, made, output.warnings), output.warn)
         content = {
             "schema": "simprep.push/1",
-            **provenance(output_module.arguments),
+            **made,
             "motion": motion.name,
             "preset": self.preset,
             "n": self.seeds,

@@ -22,13 +22,16 @@ HEADLINE = (
     "assist_n",
 )
 """Keys of `--json` that other tools rely on."""
+DETAILS = ("command", "source", "controller", "preset", "seed", "s_per_s", "created_utc", "versions", "platform")
+"""Of the content, what the report page says about how it was made."""
 
 
 @dataclass(frozen=True)
 class Track(BaseCommand):
     """Simulate the humanoid following a motion with joint motors only, and measure how well it does.
 
-    Writes run.npz (states, controls, contacts, torques), metrics.json and, where pictures can be drawn, strip.png.
+    Writes run.npz (states, controls, contacts, torques), metrics.json and, where pictures can be drawn, strip.png and
+    report.html, a page with a replay that opens from disk.
 
     Example: simprep track walk --seconds 10 -o out/walk
     """
@@ -80,7 +83,7 @@ class Track(BaseCommand):
     """Folder of your own clips; default SIMPREP_LIBRARY, where set."""
 
     no_pictures: bool = False
-    """Draw no film strip."""
+    """Draw no film strip and write no report page."""
 
     json: Json = False
     quiet: Quiet = False
@@ -99,7 +102,9 @@ class Track(BaseCommand):
         from simprep.physics.settings import SimulationSettings
         from simprep.physics.simulate import track
         from simprep.physics.store import RUN_FILE, save_run
+        from simprep.report.page import write_report
         from simprep.report.results import provenance, save_json
+        from simprep.report.run_page import run_page
 
         settings = SimulationSettings(
             mpc=MPC_PRESETS[self.preset],
@@ -133,6 +138,8 @@ class Track(BaseCommand):
         files = [save_run(run, folder / RUN_FILE)]
         if not self.no_pictures:
             files += _strip(run, folder, output)
+            details = {name: content[name] for name in DETAILS}
+            files += write_report(folder, lambda: run_page(run, metrics, details, output.warnings), output.warn)
         files.append(folder / "metrics.json")
         content["warnings"] = output.warnings
         content["files"] = [path.name for path in files]

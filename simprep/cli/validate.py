@@ -29,7 +29,7 @@ class Validate(BaseCommand):
     """Compare ways of going from locomotion to a target motion, in kinematics and in physics.
 
     Four arms on the same scenario and seeds: no preparation, traditional blending, preparation without and with posture
-    optimisation. Writes metrics.json, the motions, plots and film strips.
+    optimisation. Writes metrics.json, the motions, plots, film strips and report.html, a page with a replay that opens from disk.
 
     Example: simprep validate --locomotion walk --target kick_front --alpha 0.5 1.0 --seeds 3 -o out/kick
     """
@@ -86,7 +86,7 @@ class Validate(BaseCommand):
     """Folder of your own clips; default SIMPREP_LIBRARY, where set."""
 
     no_pictures: bool = False
-    """Draw no plots and no film strips."""
+    """Draw no plots and no film strips, and write no report page."""
 
     json: Json = False
     quiet: Quiet = False
@@ -102,6 +102,9 @@ class Validate(BaseCommand):
         plan = self._plan(output)  # a bad file fails before the imports
         from simprep.physics.mpc import MPC_PRESETS
         from simprep.physics.settings import SimulationSettings
+        from simprep.report.page import write_report
+        from simprep.report.results import provenance
+        from simprep.study.page import study_page
         from simprep.study.pictures import draw_study
         from simprep.study.store import mark_unfinished, save_study, study_content
         from simprep.study.tables import study_tables
@@ -118,6 +121,8 @@ class Validate(BaseCommand):
         files = [*study.files]
         if not self.no_pictures and study.results:
             files += draw_study(study, self.out, output.warn)
+            made = provenance(output_module.arguments)
+            files += write_report(self.out, lambda: study_page(study, files, made, output.warnings), output.warn)
         save_study(study, self.out, output_module.arguments, files, output.warnings)
         for table in study_tables(study):
             output.say(table)

@@ -14,6 +14,7 @@ from typing import Any, Protocol, TypeVar
 
 import numpy as np
 
+from simprep.display import data_frame, fact_table, table_html
 from simprep.errors import SettingError
 
 Value = float | bool | str | None
@@ -36,7 +37,20 @@ class Metric(Protocol[Subject]):
 
 
 class Metrics(dict[str, Value]):
-    """Metrics by name, units in the names; None where one does not exist. Ready for JSON or a data frame."""
+    """Metrics by name, units in the names; None where one does not exist. Ready for JSON or a data frame.
+
+    rich prints them as a table, and Jupyter displays one.
+    """
+
+    def __rich__(self) -> Any:
+        return fact_table("", self, ("metric", "value"))
+
+    def _repr_html_(self) -> str:
+        return table_html(fact_table("", self, ("metric", "value")))
+
+    def to_dataframe(self) -> Any:
+        """One row of a pandas DataFrame; MissingExtraError where pandas is not installed."""
+        return data_frame([self])
 
     def table(self) -> str:
         """The metrics as text, one a line."""

@@ -5,13 +5,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import mujoco
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
+from simprep.display import SelfShowing, data_frame
 from simprep.errors import MotionError
 from simprep.humanoid_model import humanoid
 
@@ -24,7 +26,7 @@ _PLAIN = ("fps", "events", "name", "source", "loop", "character")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Motion:
+class Motion(SelfShowing):
     """Poses of one character over time, with foot contacts and named frames.
 
     Attributes:
@@ -88,6 +90,36 @@ class Motion:
     def __repr__(self) -> str:
         loop = ", loop" if self.loop else ""
         return f"<Motion {self.name!r}: {len(self)} frames at {self.fps:g}/s, {self.duration:.2f} s{loop}, {self.character.name}>"
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """The poses, so that `np.asarray(motion)` is `motion.qpos` and `np.allclose(one, other)` compares poses."""
+        if copy or (dtype is not None and np.dtype(dtype) != self.qpos.dtype):
+            return np.array(self.qpos, dtype=dtype)
+        return self.qpos
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(motion)` and Jupyter show."""
+        root = self.qpos[:, :3]
+        return self.name, {
+            "body": self.character.name,
+            "duration [s]": round(self.duration, 3),
+            "frames": f"{len(self)} at {self.fps:g}/s" + (", a loop" if self.loop else ""),
+            "events": ", ".join(f"{name} {frame / self.fps:.2f} s" for name, frame in self.events.items()) or None,
+            "root goes [m]": " ".join(f"{value:+.2f}" for value in root[-1] - root[0]),
+            "source": self.source or None,
+        }
+
+    def to_dataframe(self) -> Any:
+        """Poses and contacts as a pandas DataFrame, one row a frame, indexed by `time_s`.
+
+        Columns: `root_x_m` ... `root_qz`, an angle `JOINT_rad` for each joint, `left_contact`, `right_contact`.
+
+        Raises:
+            MissingExtraError: pandas is not installed.
+        """
+        columns = pose_columns(self.qpos, self.character)
+        columns |= {f"{side}_contact": self.contacts[:, number] for number, side in enumerate(("left", "right"))}
+        return data_frame(columns, self.times, "time_s")
 
     def __eq__(self, other: object) -> bool:
         """Whether all bits are the same."""
@@ -170,6 +202,13 @@ class Motion:
         Root linear velocity (world) [m/s], root angular velocity (body frame) [rad/s], hinges [rad/s].
         """
         return differentiate(self.qpos, self.fps, self.character)
+
+
+def pose_columns(qpos: FloatArray, character: Character) -> dict[str, NDArray[Any]]:
+    """Columns of poses (T, nq) by name, with units."""
+    root = (*(f"root_{axis}_m" for axis in "xyz"), *(f"root_q{part}" for part in "wxyz"))
+    names = (*root, *(f"{joint}_rad" for joint in character.joints))
+    return {name: qpos[:, number] for number, name in enumerate(names)}
 
 
 def differentiate(qpos: FloatArray, fps: float, character: Character = humanoid()) -> FloatArray:

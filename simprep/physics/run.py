@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simprep.arrays import BoolArray, FloatArray
+from simprep.display import SelfShowing, data_frame
 from simprep.errors import MotionError
 from simprep.motion.edit import cut
-from simprep.motion.motion import Motion
+from simprep.motion.motion import Motion, pose_columns
 from simprep.physics.contacts import BodyContact
 
 if TYPE_CHECKING:
@@ -122,7 +123,7 @@ class _OfTheOnlyBody(Generic[T]):
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Run:
+class Run(SelfShowing):
     """A simulation of one body or several in one world: N steps, N + 1 states.
 
     A run of one body has the attributes of its `BodyRun` too: `run.qpos`, `run.torque`, `run.reference`. Of several,
@@ -304,6 +305,40 @@ class Run:
             stop_s: its last state [s]; None for the end.
         """
         return self[round(start_s / self.timestep) : None if stop_s is None else round(stop_s / self.timestep)]
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(run)` and Jupyter show."""
+        return " | ".join(one.reference.name for one in self.bodies), {
+            "controller": f"{self.controller}, seed {self.seed}",
+            "end": f"{self.end}: {self.end_reason}",
+            "simulated [s]": f"{self.end_s:.2f} of {self.bodies[0].reference.duration:.2f}",
+            "steps": f"{self.steps} of {1000 * self.timestep:.3g} ms",
+            "bodies": ", ".join(one.reference.character.name for one in self.bodies),
+            "contacts between bodies": len(self.contacts) if len(self.bodies) > 1 else None,
+            "largest external force [N]": self.assist.force_n,
+            "largest kick [m/s]": self.assist.kick_mps or None,
+            "computing time [s]": round(self.wall_s, 2),
+        }
+
+    def to_dataframe(self) -> Any:
+        """The only body's states and forces as a pandas DataFrame, one row a state, indexed by `time_s`.
+
+        Columns: those of the simulated poses (`Motion.to_dataframe`), a torque `JOINT_nm` for each joint,
+        `ground_force_x_n` ... and `centre_of_pressure_x_m` ...; the last state has no forces (NaN).
+
+        Raises:
+            MissingExtraError: pandas is not installed.
+        """
+        columns = pose_columns(self.qpos, self.reference.character)
+
+        def add(values: FloatArray, names: Sequence[str]) -> None:
+            padded = np.pad(values, ((0, 1), (0, 0)), constant_values=np.nan)
+            columns.update({name: padded[:, number] for number, name in enumerate(names)})
+
+        add(self.torque, [f"{joint}_nm" for joint in self.reference.character.joints])
+        add(self.ground_force, [f"ground_force_{axis}_n" for axis in "xyz"])
+        add(self.centre_of_pressure, [f"centre_of_pressure_{axis}_m" for axis in "xy"])
+        return data_frame(columns, self.time, "time_s")
 
     def save(self, path: str | Path) -> Path:
         """Write the run to a file (see `simprep.physics.store.save_run`)."""

@@ -21,6 +21,8 @@ from simprep.scene import SceneSettings, scene_spec
 HEADER_PX = 22
 OTHER_TINTS = ((0.80, 0.30, 0.28, 0.55), (0.55, 0.38, 0.70, 0.55))
 """Colours of other people, in turn; they hide nothing, as they are somewhat transparent."""
+REFERENCE_TINTS = ((0.65, 0.66, 0.7, 0.35),)
+"""Colour of a reference that is drawn over its body."""
 ROOM_M = 1.1
 """Kept free around people at the sides of a picture."""
 INK, FAINT = (30, 30, 34), (120, 120, 126)
@@ -58,6 +60,7 @@ class StripSettings:
         marks: labels of instants [s], printed at the nearest picture, such as `{"launch": 2.1}`.
         scene: obstacles to draw; its bodies are replaced by each motion's.
         note: printed below the strip.
+        tints: colours and opacities of other people, in turn.
     """
 
     columns: int = 9
@@ -70,6 +73,7 @@ class StripSettings:
     marks: dict[str, float] = field(default_factory=dict)
     scene: SceneSettings = field(default_factory=SceneSettings)
     note: str = ""
+    tints: tuple[tuple[float, float, float, float], ...] = OTHER_TINTS
 
 
 def film_strip(
@@ -175,7 +179,7 @@ class Stage:
         settings = self._settings
         bodies = (motion.character, *(other.character for other in others))
         if bodies not in self._canvases:
-            model = _model(bodies, settings.scene)
+            model = _model(bodies, settings)
             self._canvases[bodies] = model, Canvas(model, settings.width_px, settings.height_px, self._gl)
         model, canvas = self._canvases[bodies]
         data = mujoco.MjData(model)
@@ -199,15 +203,15 @@ class Stage:
         return pictures
 
 
-def _model(bodies: Sequence[Character], scene: SceneSettings) -> Any:
+def _model(bodies: Sequence[Character], settings: StripSettings) -> Any:
     """A scene with the first body; the others are added tinted, touching nothing."""
-    spec = scene_spec(SceneSettings((bodies[0],), scene.obstacles, scene.timestep))
+    spec = scene_spec(SceneSettings((bodies[0],), settings.scene.obstacles, settings.scene.timestep))
     for number, character in enumerate(bodies[1:]):
         other = character.build()
         for geom in other.geoms:
             geom.contype = geom.conaffinity = 0
             geom.material = ""
-            geom.rgba = np.array(OTHER_TINTS[number % len(OTHER_TINTS)])
+            geom.rgba = np.array(settings.tints[number % len(settings.tints)])
         spec.attach(other, prefix=f"other{number}_", frame=spec.worldbody.add_frame())
     return spec.compile()
 

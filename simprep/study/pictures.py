@@ -27,15 +27,15 @@ def draw_study(study: Study, folder: Path, warn: Callable[[str], None]) -> list[
     files: list[Path] = []
     with pictures_or_warning("no plots", warn):
         files.append(draw_blending_curves(folder))
-        for target, alpha in _drawn(study):
+        for target, alpha in drawn_targets(study):
             files += _draw_plots(study, target, alpha, folder)
     with pictures_or_warning("no film strips", warn):
-        for target, alpha in _drawn(study):
+        for target, alpha in drawn_targets(study):
             files += _draw_strips(study, target, alpha, folder)
     return files
 
 
-def _drawn(study: Study) -> Iterator[tuple[str, float]]:
+def drawn_targets(study: Study) -> Iterator[tuple[str, float]]:
     """Targets with the highest level at which every arm was built."""
     plan = study.plan
     alpha = max(plan.alphas)
@@ -57,7 +57,7 @@ def _draw_plots(study: Study, target: str, alpha: float, folder: Path) -> list[P
         lines = {
             ARM_LABELS[arm]: support_margin(simulated)
             for arm, condition in arms.items()
-            for simulated, _ in _simulated(study, condition, controller)
+            for simulated, _ in simulated_of(study, condition, controller)
         }
         if lines:
             panels[f"simulated, {controller}"] = lines
@@ -87,7 +87,7 @@ def _draw_strips(study: Study, target: str, alpha: float, folder: Path) -> list[
         rows = [
             Row(f"{ARM_LABELS[arm]}, simulated with {controller}", simulated, note)
             for arm, condition in arms.items()
-            for simulated, note in _simulated(study, condition, controller)
+            for simulated, note in simulated_of(study, condition, controller)
         ]
         if rows:
             files.append(save_film_strip(rows, folder / f"strip_{target}_{controller}.png", settings))
@@ -138,7 +138,7 @@ def _moments(motion: Motion) -> list[int]:
     return [int(frame) for frame in np.linspace(0, end, MOMENTS + 2)[1:-1]]
 
 
-def _simulated(study: Study, condition: Condition, controller: str) -> list[tuple[Motion, str]]:
+def simulated_of(study: Study, condition: Condition, controller: str) -> list[tuple[Motion, str]]:
     """The simulated motion of a condition, and how it ended; nothing where none is kept."""
     for result in study.results:
         case, fell = result.case, result.metrics.get("fell_at_s")

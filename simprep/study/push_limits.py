@@ -12,7 +12,7 @@ from simprep.motion.edit import cut, yaw
 from simprep.motion.motion import Motion
 from simprep.physics.controller import ControllerFactory
 from simprep.physics.pushes import Push
-from simprep.physics.run import DONE
+from simprep.physics.run import DONE, Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 from simprep.study.bisection import narrow
@@ -100,6 +100,7 @@ class PushTrial:
         settings: moment, duration and segment.
         controller: as of `simprep.track`.
         simulation: as of `simprep.track`; the push is added to its pushes.
+        on_run: called with the direction [degrees], the seed, the force [N] and the run of every push tried.
 
     Attributes:
         watched_s: what is simulated after the push [s].
@@ -116,6 +117,7 @@ class PushTrial:
         settings: PushSettings,
         controller: str | ControllerFactory,
         simulation: SimulationSettings,
+        on_run: Callable[[float, int, float, Run], None] | None = None,
     ) -> None:
         if settings.segment not in motion.character.segments:
             raise UnknownNameError("segment", settings.segment, motion.character.segments)
@@ -129,6 +131,7 @@ class PushTrial:
         self._start = settings.at_s - first / motion.fps
         self._heading = float(yaw(motion.qpos[round(settings.at_s * motion.fps), 3:7]))
         self._settings, self._controller, self._simulation = settings, controller, simulation
+        self._on_run = on_run
         self.watched_s = (len(self._clip) - 1) / self._clip.fps - self._start - settings.duration_s
         self.assist_n = 0.0
 
@@ -145,6 +148,8 @@ class PushTrial:
         pushes = (*self._simulation.pushes, Push(s.segment, self._start, s.duration_s, force))
         run = track(self._clip, self._controller, seed, replace(self._simulation, pushes=pushes))
         self.assist_n = max(self.assist_n, run.assist.force_n)
+        if self._on_run and force_n > 0:
+            self._on_run(direction_deg, seed, force_n, run)
         return run.end == DONE
 
 
@@ -154,6 +159,7 @@ def push_limits(
     controller: str | ControllerFactory = "mpc",
     simulation: SimulationSettings | None = None,
     on_progress: Callable[[str, float], None] | None = None,
+    on_run: Callable[[float, int, float, Run], None] | None = None,
 ) -> PushLimits:
     """Find the largest push that a tracked motion survives, by direction and seed.
 
@@ -168,8 +174,9 @@ def push_limits(
         controller: as of `simprep.track`.
         simulation: as of `simprep.track`; the push is added to its pushes.
         on_progress: called with what is being done and the number of searches finished.
+        on_run: called with the direction [degrees], the seed, the force [N] and the run of every push tried.
     """
-    trial = PushTrial(motion, settings, controller, simulation or SimulationSettings())
+    trial = PushTrial(motion, settings, controller, simulation or SimulationSettings(), on_run)
     fell = tuple(not trial.completes(seed, 0.0, 0.0) for seed in settings.seeds)
     force_n: list[tuple[float, ...]] = []
     for direction in settings.directions_deg:

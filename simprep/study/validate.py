@@ -7,6 +7,7 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
+from simprep.display import SelfShowing, data_frame
 from simprep.metrics.evaluate import evaluate_motion, evaluate_run
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
@@ -29,7 +30,7 @@ class CaseResult:
 
 
 @dataclass
-class Study:
+class Study(SelfShowing):
     """A validation study, finished or cut short.
 
     Attributes:
@@ -49,6 +50,25 @@ class Study:
     complete: bool = False
     wall_s: float = 0.0
     files: list[Path] = field(default_factory=list)
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(study)` and Jupyter show."""
+        plan, done = self.plan, [result.metrics for result in self.results]
+        return f"{plan.locomotion.name} to {', '.join(target.name for target in plan.targets)}", {
+            "cases": f"{len(done)} of {len(plan.cases())}",
+            "succeeded": sum(bool(metrics["success"]) for metrics in done),
+            "arms": ", ".join(plan.arms),
+            "levels": ", ".join(f"{alpha:g}" for alpha in plan.alphas),
+            "controllers": ", ".join(plan.controllers),
+            "seeds": len(plan.seeds),
+            "computing time [s]": round(self.wall_s, 1),
+        }
+
+    def to_dataframe(self) -> Any:
+        """The finished cases as a pandas DataFrame, one row each; MissingExtraError where pandas is not installed."""
+        from simprep.study.compare import case_rows
+
+        return data_frame(case_rows(self))
 
 
 def run_study(

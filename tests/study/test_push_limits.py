@@ -2,7 +2,7 @@
 
 import json
 from dataclasses import replace
-from types import SimpleNamespace
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -16,6 +16,7 @@ from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.mpc import MpcSettings
 from simprep.physics.pushes import Push
+from simprep.physics.run import Assist
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 from simprep.study import push_limits as module
@@ -42,7 +43,12 @@ class FakeTrack:
         force = float(np.linalg.norm(push.force))
         angle = np.degrees(np.arctan2(push.force[1], push.force[0])) % 360
         end = "done" if force <= self.limit(angle, seed) else "fell"
-        return SimpleNamespace(end=end, assist=SimpleNamespace(force_n=force))
+        return replace(short_run(), end=end, fallen=None if end == "done" else 0, assist=Assist(force_n=force))
+
+
+@lru_cache(maxsize=1)
+def short_run():
+    return track(standing(0.1), "pd")
 
 
 @pytest.fixture
@@ -180,7 +186,7 @@ def test_push_writes_numbers_and_a_plot(fake, still_file, tmp_path, capsys):
     np.testing.assert_allclose(content["high_n"], [400, 490, 580, 670], atol=20)
     assert content["assist_n"] > 570
     assert content["warnings"] == ["still ends 2.80 s after the push; a later fall is not seen"]
-    assert content["files"] == ["metrics.json", "push.png"]
+    assert content["files"] == ["metrics.json", "push.png", "report.html"]
     assert (tmp_path / "out" / "push.png").read_bytes().startswith(b"\x89PNG")
     assert str(tmp_path / "out" / "push.png") in printed.err
 

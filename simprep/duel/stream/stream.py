@@ -1,11 +1,13 @@
 """A two-person stream: two synchronised motions in one frame of reference, of one clip or several."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from simprep.arrays import FloatArray, IndexArray
+from simprep.display import SelfShowing
 from simprep.errors import MotionError
 from simprep.motion.edit import cut, yaw
 from simprep.motion.motion import Motion
@@ -24,7 +26,7 @@ FACING = np.radians(60.0)
 
 
 @dataclass(frozen=True)
-class DuelStream:
+class DuelStream(SelfShowing):
     """Two people recorded together.
 
     Attributes:
@@ -88,6 +90,16 @@ class DuelStream:
     def duration(self) -> float:
         """Recorded time, without what passed between clips [s]."""
         return (len(self) - len(self.clips)) / self.fps
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(stream)` and Jupyter show."""
+        return self.name, {
+            "people": " and ".join(f"{player}: {motion.name}" for player, motion in zip(PLAYERS, self.players)),
+            "recorded [s]": round(self.duration, 2),
+            "frames": f"{len(self)} at {self.fps:g}/s",
+            "clips": len(self.clips),
+            "bodies": ", ".join(dict.fromkeys(motion.character.name for motion in self.players)),
+        }
 
     def part(self, first: int, after: int) -> "DuelStream":
         """Frames first to after - 1, with the seams inside.
