@@ -6,7 +6,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from simprep.app.director import Caption, Point
+from simprep.app.aiming import IMPACT, aim, turn_to_strike
+from simprep.app.director import Caption, Place, Point
 from simprep.app.stage import TARGETS, Stage, task_at
 from simprep.arrays import FloatArray
 from simprep.controller.policy import Policy
@@ -25,6 +26,7 @@ from simprep.preparation.transition import DEFAULT_WINDOW_S, launch
 
 LONGEST_S = 60.0
 """A walk of this length is begun anew, so that what is remembered of it stays small [s]."""
+RIGHT = 1
 KEPT_S = 70.0
 """How long levels are remembered for the chart [s]."""
 
@@ -54,7 +56,8 @@ class Approaching:
         world: None for that of the library.
 
     Attributes:
-        task: what is being done; None: the character stands, or plays the target.
+        task: what is being done; None: the character stands.
+        miss: how far the strike passes from its place, as synthesised [m]; NaN where nothing is struck.
     """
 
     def __init__(self, stage: Stage, arm: str = "optimised", world: World | None = None) -> None:
@@ -62,8 +65,11 @@ class Approaching:
         self._plain = world or page_world()
         self.arm, self.world = arm, world_of(arm, self._plain)
         self.task: Task | None = None
+        self.miss = float("nan")
         self._tasks: deque[Task] = deque()
         self._now: str | None = None  # a target to launch at once
+        self._strike: Place | None = None
+        self._striking: Place | None = None  # of the present task
         self._performer: Performer | None = None
         self._pursuit: Pursuit | None = None
         self._sent = 0  # frames of the performer that were given
@@ -75,13 +81,19 @@ class Approaching:
         """Whether there is something to do."""
         return self._pursuit is not None or bool(self._tasks) or self._now is not None
 
-    def go(self, *tasks: Task) -> None:
-        """Do these tasks, instead of what was asked before."""
+    def go(self, *tasks: Task, strike: Place | None = None) -> None:
+        """Do these tasks, instead of what was asked before.
+
+        Args:
+            tasks: one after the other.
+            strike: place (x, y, z) that the right foot of the first task's target is to strike [m]; where the character
+                stands when it begins, its goal is moved so that it does.
+        """
         for task in tasks:
             if task.target is not None:
                 self.world.graph.node(task.target)
         self._tasks, self._now = deque(tasks), None
-        self._pursuit = None
+        self._pursuit, self._strike, self.miss = None, strike, float("nan")
 
     def launch(self, target: str) -> None:
         """Launch a target here and now, after preparing for it on the spot; UnknownNameError if it is not in the world."""
@@ -139,6 +151,9 @@ class Approaching:
             self.task = task_at(place, self._now) if self._now else self._tasks.popleft()
             self._now = None
             time = state.time + state.ahead_s[0]
+            self._striking, self._strike = self._strike, None
+            if self._striking is not None and stub is not None:
+                self._take_aim(stub, self._striking, time)
             self._pursuit = Pursuit(self.world, self.task, performer, time - len(performer) / performer.fps)
         pursuit = self._pursuit
         pursuit.act()
@@ -162,14 +177,23 @@ class Approaching:
         self._tail = cut(piece, max(len(piece) - 31, 0), len(piece))
         return replace(piece, events={}, name=doing.replace(", for ", "_"))
 
+    def _take_aim(self, stub: Motion, strike: Place, time: float) -> None:
+        assert self.task is not None
+        found = aim(
+            self.world, lambda: performer_from(self.world, stub, len(stub) - 1, "walk"), self.task, strike, RIGHT, time
+        )
+        self.task, self.miss = found.task, found.miss
+
     def _finish(self, pursuit: Pursuit, doing: str) -> tuple[Motion, FloatArray, str]:
         """The whole motion with its target, once the goal is reached."""
         performer, self._pursuit = pursuit.performer, None
         if pursuit.task.target is None:
             return performer.motion(), performer.level, doing
-        for _ in range(2 if self.world.prepare else 1):
+        for _ in range(2 if self.world.prepare and performer.command > 0 else 1):  # as `Pursuit.go`
             pursuit.hold()
         whole, at = pursuit.launched()
+        if self._striking is not None and at is not None and IMPACT in whole.events:
+            whole = turn_to_strike(whole, self._striking, RIGHT)
         level = np.full(len(whole), np.nan)
         until = len(whole) if at is None else at
         level[:until] = performer.level[:until]

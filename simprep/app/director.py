@@ -9,6 +9,8 @@ from simprep.physics.tracker import TrackerState
 
 Point = tuple[float, float]
 """(x, y) on the floor [m]."""
+Place = tuple[float, float, float]
+"""(x, y, z) in the world [m]."""
 
 
 @dataclass(frozen=True)

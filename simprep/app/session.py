@@ -22,7 +22,7 @@ from simprep.app.approaching import Approaching
 from simprep.app.dueling import Dueling
 from simprep.app.director import Director, Point
 from simprep.app.moments import FPS, FloorReader, History, HitReader, Moment
-from simprep.app.stage import BALL, LAUNCHES, STAGES, ball_on_post, ball_task, stage, task_at
+from simprep.app.stage import BALL, LAUNCHES, STAGES, ball_on_post, ball_task, stage, struck, task_at
 from simprep.duel.fight.modes import MODES
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.edit import at_origin
@@ -163,7 +163,10 @@ class Session:
                 tasks = (ball_task(self._ball, self._own_place()),)
             if not isinstance(self.director, Approaching) or not tasks:
                 raise SettingError(f"scene {self.settings.scene} has no tasks of its own; click the floor")
-            self.director.go(*tasks)
+            strike = struck(self.stage)
+            if strike is not None and np.linalg.norm(self.tracker.data.qpos[self._things[0] :][:3] - strike) > 0.02:
+                raise SettingError("the ball is not on its post any more; begin anew")
+            self.director.go(*tasks, strike=strike)
             self.told = "on the way"
 
     def set_goal(self, goal: Point, target: str | None = None) -> None:

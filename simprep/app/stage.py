@@ -133,6 +133,11 @@ def stage(name: str) -> Stage:
     return STAGES[name]()
 
 
+def struck(stage: Stage) -> tuple[float, float, float] | None:
+    """Where the ball of a scene is to be struck (x, y, z) [m]; None where there is none."""
+    return next((one.position for one in stage.obstacles if one.name == BALL), None)
+
+
 def _foot_at_impact() -> tuple[float, float]:
     """How far before the root at the launch, and how high, the foot is when the kick strikes [m]."""
     kick = library_motion(KICK)
