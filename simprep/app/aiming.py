@@ -5,8 +5,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from simprep.app.stage import task_at
 from simprep.arrays import FloatArray
+from simprep.controller.influence import Influence
 from simprep.controller.runtime.performer import Performer
 from simprep.controller.runtime.task import Pursuit, Task, World
 from simprep.motion.curves import minimum_jerk
@@ -21,6 +21,7 @@ NEAR_M = 0.05
 MOST_TURN = 0.3
 """Largest turn on the standing foot between lifting the other and its impact [rad]."""
 IMPACT = "impact"
+BEFORE_S = 0.25
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,11 @@ class Aim:
 
     task: Task
     miss: float
+
+
+def task_at(goal: tuple[float, float], target: str | None) -> Task:
+    """Go to a goal [m], prepare for a target on the way, and launch it there; without a target, just go."""
+    return Task(goal, target, (Influence(goal, {target: 1.0}),) if target else ())
 
 
 def aim(
@@ -72,20 +78,30 @@ def aim(
 
 
 def strike(motion: Motion, side: int) -> FloatArray:
-    """Where the middle of the sole (3,) of the striking foot is at impact [m]."""
-    pose = motion.qpos[motion.events[IMPACT]][None]
+    """Where the middle of the sole (3,) of the striking foot is when it strikes (`strike_frame`) [m]."""
+    frame = strike_frame(motion, side)
+    pose = motion.qpos[frame : frame + 1]
     return np.asarray(forward_kinematics(pose, motion.character).foot_points[0, side].mean(axis=0))
 
 
+def strike_frame(motion: Motion, side: int) -> int:
+    """Frame before the impact at which the striking foot is fastest along the floor: a ball met there flies away."""
+    impact = motion.events[IMPACT]
+    first = max(impact - round(BEFORE_S * motion.fps), 0)
+    poses = forward_kinematics(motion.qpos[first : impact + 1], motion.character)
+    speed = np.linalg.norm(np.diff(poses.foot_points[:, side, :, :2].mean(axis=1), axis=0), axis=1)
+    return first + int(speed.argmax())
+
+
 def turn_to_strike(motion: Motion, place: tuple[float, float, float], side: int) -> Motion:
-    """The same motion, turned on the standing foot towards a place from lifting the striking foot until its impact.
+    """The same motion, turned on the standing foot towards a place from lifting the striking foot until it strikes.
 
     Args:
         motion: with an event `impact`.
         place: what to strike (x, y, z) [m].
         side: of the striking foot, 0 left, 1 right.
     """
-    impact = motion.events[IMPACT]
+    impact = strike_frame(motion, side)
     lifted = np.flatnonzero(motion.contacts[:impact, side])
     first = int(lifted[-1]) if len(lifted) else 0
     standing = forward_kinematics(motion.qpos[first : first + 1], motion.character).foot_points[0, 1 - side].mean(axis=0)

@@ -6,9 +6,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from simprep.app.aiming import IMPACT, aim, turn_to_strike
+from simprep.app.aiming import IMPACT, aim, task_at, turn_to_strike
 from simprep.app.director import Caption, Place, Point
-from simprep.app.stage import TARGETS, Stage, task_at
+from simprep.app.stage import TARGETS, Stage
 from simprep.arrays import FloatArray
 from simprep.controller.policy import Policy
 from simprep.controller.runtime.approach import performer_from

@@ -18,11 +18,12 @@ from pathlib import Path
 
 import numpy as np
 
+from simprep.app.aiming import task_at
 from simprep.app.approaching import Approaching
 from simprep.app.dueling import Dueling
 from simprep.app.director import Director, Point
 from simprep.app.moments import FPS, FloorReader, History, HitReader, Moment
-from simprep.app.stage import BALL, LAUNCHES, STAGES, ball_on_post, ball_task, stage, struck, task_at
+from simprep.app.stage import BALL, LAUNCHES, STAGES, ball_on_post, ball_task, stage, struck
 from simprep.duel.fight.modes import MODES
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.edit import at_origin

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from simprep.app.aiming import strike, task_at
 from simprep.character import Character
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.task import Task
@@ -13,7 +14,6 @@ from simprep.humanoid_model import humanoid
 from simprep.motion.edit import move
 from simprep.motion.motion import Motion
 from simprep.preparation.reference_posture import reference_posture
-from simprep.motion.kinematics import forward_kinematics
 from simprep.library import library_motion
 from simprep.scene import Obstacle
 
@@ -60,14 +60,9 @@ class Stage:
         return tuple(one for one in self.obstacles if one.mass)
 
 
-def task_at(goal: tuple[float, float], target: str | None) -> Task:
-    """Go to a goal [m], prepare for a target on the way, and launch it there; without a target, just go."""
-    return Task(goal, target, (Influence(goal, {target: 1.0}),) if target else ())
-
-
 def ball_task(ball: tuple[float, float], own: tuple[float, float]) -> Task:
     """Go from one's own place to where the kick meets a ball at (x, y) [m]."""
-    ahead, _ = _foot_at_impact()
+    ahead, _ = _foot_at_strike()
     way = np.array(ball) - own
     towards = way / max(float(np.linalg.norm(way)), 1e-9)
     goal = np.array(ball) - (ahead - STOPS_M) * towards
@@ -86,7 +81,7 @@ def _ball() -> Stage:
 
 def ball_on_post(place: tuple[float, float]) -> tuple[Obstacle, ...]:
     """A ball at (x, y) [m] on a post, as high as the foot strikes."""
-    _, high = _foot_at_impact()
+    _, high = _foot_at_strike()
     ball = Obstacle(BALL, (*place, high), (BALL_RADIUS_M,) * 3, ball=True, mass=BALL_KG)
     half = (high - BALL_RADIUS_M) / 2
     return ball, Obstacle("post", (*place, half), (0.03, 0.03, half))
@@ -138,10 +133,9 @@ def struck(stage: Stage) -> tuple[float, float, float] | None:
     return next((one.position for one in stage.obstacles if one.name == BALL), None)
 
 
-def _foot_at_impact() -> tuple[float, float]:
-    """How far before the root at the launch, and how high, the foot is when the kick strikes [m]."""
+def _foot_at_strike() -> tuple[float, float]:
+    """How far before the root at the launch, and how high, the sole is when the kick strikes [m]."""
     kick = library_motion(KICK)
-    impact = forward_kinematics(kick.qpos[kick.events["impact"]][None], kick.character)
+    sole = strike(kick, 1)
     start = kick.qpos[reference_posture(kick).frame]
-    foot = impact.xpos[0, kick.character.feet[1]]
-    return float(foot[0] - start[0]), float(foot[2])
+    return float(sole[0] - start[0]), float(sole[2])
