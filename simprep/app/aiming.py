@@ -43,7 +43,12 @@ def task_at(goal: tuple[float, float], target: str | None) -> Task:
 
 
 def aim(
-    world: World, start: Callable[[], Performer], task: Task, place: tuple[float, float, float], side: int, time: float = 0.0
+    world: World,
+    start: Callable[[], Performer],
+    task: Task,
+    place: tuple[float, float, float],
+    side: int,
+    time: float = 0.0,
 ) -> Aim:
     """A goal near that of a task from which the target's impact comes nearest to a place, the last turn included.
 
@@ -104,7 +109,9 @@ def turn_to_strike(motion: Motion, place: tuple[float, float, float], side: int)
     impact = strike_frame(motion, side)
     lifted = np.flatnonzero(motion.contacts[:impact, side])
     first = int(lifted[-1]) if len(lifted) else 0
-    standing = forward_kinematics(motion.qpos[first : first + 1], motion.character).foot_points[0, 1 - side].mean(axis=0)
+    standing = (
+        forward_kinematics(motion.qpos[first : first + 1], motion.character).foot_points[0, 1 - side].mean(axis=0)
+    )
     own, wanted = strike(motion, side)[:2] - standing[:2], np.asarray(place)[:2] - standing[:2]
     angle = float(wrap_angle(np.arctan2(wanted[1], wanted[0]) - np.arctan2(own[1], own[0])))
     angle = float(np.clip(angle, -MOST_TURN, MOST_TURN))

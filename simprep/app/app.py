@@ -1,7 +1,10 @@
 """The live page as a whole: a session, its clock, and a server whose tabs show it. Needs the extra `app`."""
 
+import contextlib
+import io
 import threading
 import time
+import warnings
 
 import viser
 
@@ -30,7 +33,10 @@ class App:
         self.session, self._loop = session, SessionLoop(session)
         self._pages: dict[int, Page] = {}
         self._stop = threading.Event()
-        self.server = PageServer(host, port)
+        # a tab may close while it is drawn
+        warnings.filterwarnings("ignore", message="Queued a .* closed connection", category=UserWarning)
+        with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner of its own
+            self.server = PageServer(host, port)
         self.address = f"http://{host}:{self.server.get_port()}"
         self.server.on_client_connect(self._opened)
         self.server.on_client_disconnect(self._closed)
@@ -49,7 +55,8 @@ class App:
         """End the simulation and the server."""
         self._stop.set()
         self._loop.stop()
-        self.server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.server.stop()
 
     def _opened(self, client: viser.ClientHandle) -> None:
         self._pages[client.client_id] = Page(client, self.session)

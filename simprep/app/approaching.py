@@ -118,9 +118,7 @@ class Approaching:
     def more(self, state: TrackerState) -> tuple[Motion | None, ...] | None:
         """The next piece (see `Director.more`)."""
         own = self._next(state) if state.ahead_s[0] < ASK_S else None
-        others = [
-            motion if ahead < ASK_S else None for motion, ahead in zip(self.stage.others, state.ahead_s[1:])
-        ]
+        others = [motion if ahead < ASK_S else None for motion, ahead in zip(self.stage.others, state.ahead_s[1:])]
         return (own, *others) if any(one is not None for one in (own, *others)) else None
 
     def caption(self, time: float) -> Caption:
@@ -159,8 +157,10 @@ class Approaching:
         pursuit.act()
         if stub is not None and not pursuit.reached:
             pursuit.act()  # the way out of the last posture takes more than one action
-        doing = performer.node if self.task is None or self.task.target is None else (
-            f"{performer.node}, for {self.task.target}"
+        doing = (
+            performer.node
+            if self.task is None or self.task.target is None
+            else (f"{performer.node}, for {self.task.target}")
         )
         first = self._sent
         whole, level = performer.motion(), performer.level

@@ -37,7 +37,9 @@ class Display:
         self.data = mujoco.MjData(self.model)
         self._bodies = scene_bodies(self.model, bodies)
         self._things = [int(self.model.jnt_qposadr[self.model.joint(one.name).id]) for one in stage.moving]
-        self.ghosts = np.concatenate([np.arange(one.segments.start, one.segments.stop) for one in self._bodies[self._count :]])
+        self.ghosts = np.concatenate(
+            [np.arange(one.segments.start, one.segments.stop) for one in self._bodies[self._count :]]
+        )
         for body in self._bodies:
             own = np.isin(self.model.geom_bodyid, np.arange(body.segments.start, body.segments.stop))
             ghost = body.number >= self._count

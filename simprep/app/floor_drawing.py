@@ -31,7 +31,9 @@ class FloorDrawing:
         for number in range(bodies):
             self._points.append(
                 {
-                    name: scene.add_icosphere(f"/marks/{number}/{name}", radius=0.03, color=_COLOURS[name], visible=False)
+                    name: scene.add_icosphere(
+                        f"/marks/{number}/{name}", radius=0.03, color=_COLOURS[name], visible=False
+                    )
                     for name in ("com", "xcom", "pressure")
                 }
             )
@@ -41,9 +43,13 @@ class FloorDrawing:
                 )
             )
         self._goal = scene.add_cylinder("/marks/goal", radius=0.12, height=0.01, color=(60, 110, 230), visible=False)
-        self._push = scene.add_line_segments("/marks/push", np.zeros((1, 2, 3)), (220, 0, 0), thickness=0.04, visible=False)
+        self._push = scene.add_line_segments(
+            "/marks/push", np.zeros((1, 2, 3)), (220, 0, 0), thickness=0.04, visible=False
+        )
         self._push_text = scene.add_label("/marks/push_text", "", visible=False)
-        self._hits = [scene.add_icosphere(f"/hits/{k}", radius=0.05, color=(255, 60, 0), visible=False) for k in range(MOST_HITS)]
+        self._hits = [
+            scene.add_icosphere(f"/hits/{k}", radius=0.05, color=(255, 60, 0), visible=False) for k in range(MOST_HITS)
+        ]
         self._texts = [scene.add_label(f"/hit_texts/{k}", "", visible=False) for k in range(MOST_HITS)]
 
     def show(self, moment: Moment, marks: bool) -> None:

@@ -46,10 +46,7 @@ class FloorReader:
 
     def __init__(self, model: mujoco.MjModel, body: SceneBody) -> None:
         self._model, self._ground, self._root = model, GroundReader(model, body), body.segments.start
-        own = np.flatnonzero(
-            (model.geom_bodyid >= body.segments.start)
-            & (model.geom_bodyid < body.segments.stop)
-        )
+        own = np.flatnonzero((model.geom_bodyid >= body.segments.start) & (model.geom_bodyid < body.segments.stop))
         self._soles = own[0] + body.character.sole_geoms  # (2, N)
         self._radius = model.geom_size[self._soles, 0]
 

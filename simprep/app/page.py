@@ -25,7 +25,11 @@ CHART_S, CHART_EVERY_S = 12.0, 0.25
 HOTKEYS = {"punch": "P", "kick": "K", "duck": "D", "jump": "J", "crawl": "C"}
 DUEL_HOTKEYS = {"left punch": "Q", "right punch": "E", "left kick": "Z", "right kick": "V"}
 CLICKS = ("goal with target", "goal only", "ball")
-ABOUT = "Click the floor to set a goal. Orange and white: the simulated body. Blue: its reference, which is no simulation."
+ABOUT = (
+    "Click the floor to set a goal. Solid: the simulated body. Transparent blue: its reference, which is no simulation. "
+    "On the floor: support polygon (green), COM (black), XcoM (orange), centre of pressure (pink). "
+    "The chart's margin is clipped to ±0.3 m; in flight it is shown as -0.3."
+)
 
 
 class Page:
@@ -84,9 +88,8 @@ class Page:
         self._scene.camera_tracking_enabled = False
         self._marks = FloorDrawing(self.client, len(characters))
         self._version, self._shown_time = version, -1.0
-        for name in ("ghost", "marks"):
-            getattr(self, f"_with_{name}").value = True
-        self.client.camera.position, self.client.camera.look_at = (2.0, -4.5, 2.0), (1.2, 0.0, 0.8)
+        self._show_ghost()
+        self.client.camera.position, self.client.camera.look_at = (2.6, -5.5, 2.2), (2.6, 0.0, 0.7)
 
     def _build_status(self) -> None:
         gui = self.client.gui
@@ -97,11 +100,11 @@ class Page:
                 (np.zeros(2), np.zeros(2)),
                 ({"label": "time [s]"}, {"label": label, "stroke": colour, "width": 2}),
                 height=110,
-                scales={"x": {"time": False}},
+                scales={"x": {"time": False}, "y": {"range": span}},
                 legend={"show": False},
                 axes=({}, {"label": label, "labelSize": 16, "size": 44}),
             )
-            for label, colour in (("α", "#e67800"), ("margin [m]", "#148c50"))
+            for label, colour, span in (("α", "#e67800", (0.0, 1.0)), ("margin [m]", "#148c50", (-0.3, 0.3)))
         ]
 
     def _build_controls(self) -> None:
@@ -201,8 +204,8 @@ class Page:
             return
         times = np.array([one.time for one in shown])
         series = (
-            np.array([one.caption.level for one in shown]),
-            np.array([one.marks[0].margin for one in shown]),
+            np.nan_to_num([one.caption.level for one in shown]),
+            np.clip(np.nan_to_num([one.marks[0].margin for one in shown], nan=-0.3), -0.3, 0.3),
         )
         for chart, values in zip(self._charts, series):
             chart.data = (times, values)

@@ -61,7 +61,9 @@ def _free_port(host: str, port: int) -> int:
             found.bind((host, port))
             return int(found.getsockname()[1])
     except OSError as error:
-        raise SettingError(f"cannot listen at {host}:{port} ({error.strerror}); valid: another --port or --host") from None
+        raise SettingError(
+            f"cannot listen at {host}:{port} ({error.strerror}); valid: another --port or --host"
+        ) from None
 
 
 @contextlib.contextmanager
@@ -77,7 +79,9 @@ def _guarded(hosts: tuple[str, ...], local: bool) -> Iterator[None]:
             origin = request.headers.get("Origin")
             wrong_host = local and named not in hosts
             # bound to more than loopback, the page's own host is whatever name it was called by
-            wrong_origin = origin is not None and origin.removeprefix("http://") not in ((*hosts, named) if not local else hosts)
+            wrong_origin = origin is not None and origin.removeprefix("http://") not in (
+                (*hosts, named) if not local else hosts
+            )
             if wrong_host or wrong_origin:
                 return Response(http.HTTPStatus.FORBIDDEN, "Forbidden", Headers(), b"refused: another origin or host\n")
             response = answer(connection, request)

@@ -113,12 +113,7 @@ def _course() -> Stage:
     return Stage("course", "duck", tuple(things), tasks=tasks)
 
 
-STAGES: dict[str, Callable[[], Stage]] = {
-    "ball": _ball,
-    "opponents": _opponents,
-    "course": _course,
-    "empty": _empty,
-}
+STAGES: dict[str, Callable[[], Stage]] = {"ball": _ball, "opponents": _opponents, "course": _course, "empty": _empty}
 
 
 def stage(name: str) -> Stage:
