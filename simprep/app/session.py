@@ -20,8 +20,8 @@ import numpy as np
 
 from simprep.app.aiming import task_at
 from simprep.app.approaching import Approaching
-from simprep.app.dueling import Dueling
 from simprep.app.director import Director, Point
+from simprep.app.dueling import Dueling
 from simprep.app.moments import FPS, FloorReader, History, HitReader, Moment
 from simprep.app.stage import BALL, LAUNCHES, STAGES, ball_on_post, ball_task, stage, struck
 from simprep.duel.fight.modes import MODES

@@ -7,14 +7,13 @@ import numpy as np
 
 from simprep.app.aiming import strike, task_at
 from simprep.character import Character
-from simprep.controller.influence import Influence
 from simprep.controller.runtime.task import Task
 from simprep.errors import UnknownNameError
 from simprep.humanoid_model import humanoid
+from simprep.library import library_motion
 from simprep.motion.edit import move
 from simprep.motion.motion import Motion
 from simprep.preparation.reference_posture import reference_posture
-from simprep.library import library_motion
 from simprep.scene import Obstacle
 
 BALL = "ball"

@@ -1,5 +1,6 @@
 """The server: it serves its page on loopback, refuses what it must, and stops. In a browser only where one is named."""
 
+import contextlib
 import http.client
 import os
 import threading
@@ -37,9 +38,15 @@ def app(session):
 def get(app, path="/", **headers):
     port = int(app.address.rpartition(":")[2])
     connection = http.client.HTTPConnection("127.0.0.1", port, timeout=10)
-    connection.request("GET", path, headers=headers)
-    answer = connection.getresponse()
-    return answer.status, answer.headers, answer.read()
+    with contextlib.closing(connection):
+        connection.request("GET", path, headers={**headers, "Connection": "close"})
+        with connection.getresponse() as answer:
+            return answer.status, answer.headers, answer.read()
+
+
+def drain(connection):
+    while True:
+        connection.recv(timeout=10)
 
 
 def test_the_page_is_served_here_and_to_nobody_else(app):
@@ -57,8 +64,7 @@ def test_the_page_is_served_here_and_to_nobody_else(app):
         assert connection.recv(timeout=10)
         connection.send(b"\x00 no message")
         with pytest.raises(ConnectionClosed):
-            for _ in range(1000):
-                connection.recv(timeout=10)
+            drain(connection)
     assert get(app)[0] == 200
     assert app.server.request_share_url() is None
 
