@@ -26,7 +26,7 @@ POLICY = (
 """What browsers let the page do: fetch from this server and nowhere else."""
 
 
-class PageServer(viser.ViserServer):
+class PageServer(viser.ViserServer):  # type: ignore[misc]
     """A viser server that answers this machine only.
 
     Browsers send a page's origin with its web sockets; one of another origin is refused, and so is a request whose host
