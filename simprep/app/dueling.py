@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from simprep.app.director import Caption, Point
+from simprep.character import Character
 from simprep.duel.fight.default_model import fight_model
 from simprep.duel.fight.drawing import DrawingChooser
 from simprep.duel.fight.modes import FightInMode, begin_fight
@@ -39,7 +40,7 @@ class Dueling:
         self.fight: FightInMode = begin_fight(model or page_model(), mode, seed)
         self.mode = mode
         bodies = self.fight.bout.examples.bodies
-        self.characters = (bodies[0], bodies[1])
+        self.characters: tuple[Character, ...] = (bodies[0], bodies[1])
         self._given = 0  # frames
         self._shown = {one: DrawingChooser(self.fight.model.model.players[one]) for one in (0, 1)}
         self._chances: tuple[tuple[float, tuple[tuple[str, float], ...]], ...] = ()

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -54,7 +55,7 @@ class Page:
         for scope in (HOTKEYS, DUEL_HOTKEYS):
             for name, key in scope.items():
                 command: Any = client.gui.add_command(name, hotkey=key)  # type: ignore[arg-type]
-                command.on_trigger(self._does(lambda name=name: session.launch(name)))
+                command.on_trigger(self._does(partial(session.launch, name)))
         client.scene.on_click()(self._clicked)
 
     def update(self) -> None:
@@ -120,10 +121,10 @@ class Page:
             self._arm = gui.add_dropdown("arm", ARMS, initial_value=session.settings.arm)
             self._arm.on_update(self._does(lambda: session.switch(self._arm.value)))
             for name, key in HOTKEYS.items():
-                gui.add_button(f"{name} ({key})").on_click(self._does(lambda name=name: session.launch(name)))
+                gui.add_button(f"{name} ({key})").on_click(self._does(partial(session.launch, name)))
         with gui.add_folder("Duel: the avatar", expand_by_default=False):
             for name, key in DUEL_HOTKEYS.items():
-                gui.add_button(f"{name} ({key})").on_click(self._does(lambda name=name: session.launch(name)))
+                gui.add_button(f"{name} ({key})").on_click(self._does(partial(session.launch, name)))
         with gui.add_folder("Push from outside", expand_by_default=False):
             force = gui.add_slider("force [N]", 20, 600, 10, 150)
             angle = gui.add_slider("direction [deg]", -180, 180, 15, 90)
