@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import mujoco
 import numpy as np
 
+from simprep.arrays import FloatArray
 from simprep.character import Character
 from simprep.errors import SettingError
 from simprep.humanoid_model import humanoid
@@ -22,7 +23,7 @@ BODY_LIMIT = 2**_BODY_BITS - 1
 
 @dataclass(frozen=True)
 class Obstacle:
-    """A fixed box or ball in the world.
+    """A box or ball in the world: fixed, or with a mass and free to move.
 
     Attributes:
         name: geom name.
@@ -30,6 +31,10 @@ class Obstacle:
         half_size: half edge lengths; the radius of a ball three times [m].
         soft: a striking pad: compliant contact (about 50 kN/m at 5 kg) instead of a hard surface.
         ball: a ball instead of a box.
+        mass: of one that moves freely [kg]; 0: it is fixed.
+
+    Raises:
+        SettingError: a negative mass.
     """
 
     name: str
@@ -37,6 +42,11 @@ class Obstacle:
     half_size: tuple[float, float, float]
     soft: bool = False
     ball: bool = False
+    mass: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.mass < np.inf:
+            raise SettingError(f"obstacle {self.name}: mass {self.mass} kg; valid: 0 (fixed) or more")
 
 
 @dataclass(frozen=True)
@@ -45,7 +55,7 @@ class SceneSettings:
 
     Attributes:
         bodies: 1 to `BODY_LIMIT` characters; the names of their parts begin with `body_prefix`.
-        obstacles: fixed boxes, balls and pads.
+        obstacles: boxes, balls and pads.
         timestep: simulation step [s].
         friction: sliding friction coefficient of the floor. Below 1 it holds for whatever touches the floor; above, the
             larger of both does, as is MuJoCo's rule.
@@ -170,10 +180,29 @@ def _bodies_spec(bodies: Sequence[Character]) -> mujoco.MjSpec:
 
 def _add_obstacle(spec: mujoco.MjSpec, obstacle: Obstacle, any_body: int) -> None:
     shape = mujoco.mjtGeom.mjGEOM_SPHERE if obstacle.ball else mujoco.mjtGeom.mjGEOM_BOX
-    geom = spec.worldbody.add_geom(name=obstacle.name, type=shape, pos=obstacle.position, size=obstacle.half_size)
+    owner, place = spec.worldbody, obstacle.position
+    if obstacle.mass:  # behind the characters, so that their entries of qpos stay the first
+        owner, place = spec.worldbody.add_body(name=obstacle.name, pos=obstacle.position), (0.0, 0.0, 0.0)
+        owner.add_freejoint(name=obstacle.name)
+    geom = owner.add_geom(name=obstacle.name, type=shape, pos=place, size=obstacle.half_size)
     geom.contype, geom.conaffinity = OBJECT_BIT, any_body
+    if obstacle.mass:
+        geom.conaffinity = any_body | OBJECT_BIT | FLOOR_BIT
+        # model files of characters say that inertia is given
+        owner.explicitinertial, owner.mass, owner.ipos = True, obstacle.mass, [0.0, 0.0, 0.0]
+        owner.inertia = _inertia(obstacle)
+        # a ball rolls to rest
+        geom.condim, geom.friction = 6, [0.7, 0.005, 0.002]
     geom.rgba = np.array([0.75, 0.25, 0.25, 1.0] if obstacle.soft else [0.55, 0.45, 0.35, 1.0])
     if obstacle.soft:
         # direct form: stiffness and damping per kg of effective mass; priority so the pad decides
         geom.solref = np.array([-10000.0, -60.0])
         geom.priority = 1
+
+
+def _inertia(obstacle: Obstacle) -> FloatArray:
+    """Principal moments (3,) of a solid ball or box [kg m^2]."""
+    squares = np.square(obstacle.half_size)
+    if obstacle.ball:
+        return np.full(3, 0.4 * obstacle.mass * squares[0])
+    return np.asarray(obstacle.mass / 3 * (squares.sum() - squares))

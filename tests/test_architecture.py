@@ -20,6 +20,7 @@ FLOW = (
     "check",
     "regression",
     "study",
+    "app",
     "cli",
 )
 BASE = (

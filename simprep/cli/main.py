@@ -9,6 +9,7 @@ import tyro
 
 from simprep import __version__
 from simprep.cli import duel, library, output, robot
+from simprep.cli.app import AppCommand
 from simprep.cli.approach import Approach
 from simprep.cli.check import Check
 from simprep.cli.check_motion import CheckMotion
@@ -48,6 +49,7 @@ Command = (
     | Annotated[Approach, tyro.conf.subcommand("approach")]
     | Annotated[View, tyro.conf.subcommand("view")]
     | Annotated[Render, tyro.conf.subcommand("render")]
+    | Annotated[AppCommand, tyro.conf.subcommand("app")]
     | Annotated[robot.Robot, tyro.conf.subcommand("robot", description=robot.DESCRIPTION)]
     | Annotated[library.Library, tyro.conf.subcommand("library", description=library.DESCRIPTION)]
 )

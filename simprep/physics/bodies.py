@@ -71,13 +71,14 @@ class SceneBody:
 
 
 def scene_bodies(model: mujoco.MjModel, characters: Sequence[Character]) -> tuple[SceneBody, ...]:
-    """The bodies of a scene, in its order. The model may lack joints and actuators of its characters.
+    """The bodies of a scene, in its order, without what else moves freely. The model may lack some of their joints and actuators.
 
     Args:
         model: of a scene made by `simprep.scene.build_scene`.
         characters: who is in it.
     """
-    free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)
+    # things that move freely stand behind the bodies
+    free = np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE)[: len(characters)]
     return tuple(
         _scene_body(model, character, number, int(joint), len(free))
         for number, (joint, character) in enumerate(zip(free, characters, strict=True))

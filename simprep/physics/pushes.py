@@ -82,6 +82,7 @@ class PushApplier:
     def __init__(
         self, model: mujoco.MjModel, pushes: tuple[Push, ...], bodies: Sequence[SceneBody], kicks: tuple[Kick, ...] = ()
     ) -> None:
+        self._model = model
         self._pushes = [(push, _body_id(model, push.body)) for push in pushes]
         for kick in kicks:
             if not 0 <= kick.body < len(bodies):
@@ -90,10 +91,15 @@ class PushApplier:
         self._bodies = bodies
         self.largest = self.kick_mps = self.kick_radps = 0.0
 
+    def add(self, push: Push) -> None:
+        """One more push; SettingError for an unknown segment."""
+        self._pushes.append((push, _body_id(self._model, push.body)))
+
     def apply(self, data: mujoco.MjData) -> None:
         """Set the external forces of the coming step, and change velocities."""
         for _, body in self._pushes:
             data.xfrc_applied[body] = 0.0
+        self._pushes = [one for one in self._pushes if data.time < one[0].start + one[0].duration]
         for push, body in self._pushes:
             if push.start <= data.time < push.start + push.duration:
                 data.xfrc_applied[body, :3] += push.force

@@ -27,14 +27,14 @@ from simprep.errors import SettingError, UnknownNameError
 from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
 from simprep.physics.balance import BalanceController
-from simprep.physics.bodies import scene_bodies
+from simprep.physics.bodies import SceneBody, scene_bodies
 from simprep.physics.contacts import BodyContact, ContactReader, merge_touches
 from simprep.physics.controller import Controller, ControllerFactory, ControlTask, PdController
 from simprep.physics.falls import divergence, fall
 from simprep.physics.mismatch import Mismatch, Observer
 from simprep.physics.mpc import MPC_PRESETS, MpcController, MpcSettings
 from simprep.physics.overlap import overlap_of_poses
-from simprep.physics.pushes import PushApplier
+from simprep.physics.pushes import Push, PushApplier
 from simprep.physics.recorder import BodyRecorder
 from simprep.physics.reference import Reference
 from simprep.physics.reference_line import PastReference, ReferenceLine
@@ -160,6 +160,16 @@ class Tracker:
         return self._timestep
 
     @property
+    def data(self) -> mujoco.MjData:
+        """The simulated world after the last step, to read; things that are no bodies may be moved."""
+        return self._data
+
+    @property
+    def bodies(self) -> tuple[SceneBody, ...]:
+        """Where each body's quantities are in `model` and `data`."""
+        return self._bodies
+
+    @property
     def end(self) -> str:
         """`done`, `fell` or `diverged` where it does not go on, else empty."""
         return self._ending[0] if self._stopped and self._ending else ""
@@ -239,6 +249,10 @@ class Tracker:
         first = round(since_s / self._timestep)
         touches = self._between.touches
         return merge_touches(touches[bisect_left(touches, first, key=lambda one: one.step) :], self._timestep)
+
+    def push(self, push: Push) -> None:
+        """Push while it goes on; `Push.start` counts from the first step. SettingError for an unknown segment."""
+        self._push.add(push)
 
     def step(self) -> None:
         """Simulate one step.

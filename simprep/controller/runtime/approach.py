@@ -160,13 +160,25 @@ def _leave(world: World, whole: Motion, launched: int, target: str | None, node:
             raise MotionError(f"the motion graph has no transition from {target} back to {walking}")
         exit_frame, entry, node = launched + exits[0].source_frame - entered, exits[0].target_frame, walking
     exit_frame = min(exit_frame, len(whole) - 1)
-    pose = whole.qpos[exit_frame]
+    return exit_frame, performer_from(world, whole, exit_frame, node, entry)
+
+
+def performer_from(world: World, motion: Motion, frame: int, node: str, entry: int = 0) -> Performer:
+    """A character that goes on from a frame of a motion: prepared, at level 1 in that very posture.
+
+    Args:
+        world: motions, graph, policy.
+        motion: what was done so far.
+        frame: of it, after which it goes on.
+        node: core node to begin with.
+        entry: its frame to begin with.
+    """
+    pose = motion.qpos[frame]
     heading = float(split_heading(pose[3:7])[0])
-    soles = forward_kinematics(pose[None], whole.character).foot_points[0, :, :, 2].min(axis=1)
-    style = Style(pose, np.maximum(soles, 0.0), whole.contacts[exit_frame])
+    soles = forward_kinematics(pose[None], motion.character).foot_points[0, :, :, 2].min(axis=1)
+    style = Style(pose, np.maximum(soles, 0.0), motion.contacts[frame])
     place = (float(pose[0]), float(pose[1]), heading)
-    level = 1.0 if world.prepare else 0.0
-    return exit_frame, Performer(world.cores, world.settings, node, entry, place, level, style)
+    return Performer(world.cores, world.settings, node, entry, place, 1.0 if world.prepare else 0.0, style)
 
 
 def _append(

@@ -153,11 +153,11 @@ class Pursuit:
     def go(self) -> None:
         """Act until the goal is reached, and after that until the target can be launched."""
         while self.reach_frame is None and len(self.actions) < self.world.max_actions:
-            self._act()
+            self.act()
         if self.reached:  # frames among which the launch is chosen
             settle = 2 if self.world.prepare and self.performer.command > 0 else 1
             for _ in range(settle):
-                self._hold()
+                self.hold()
 
     def launched(self) -> tuple[Motion, int | None]:
         """The motion with its target, and the launch frame; None without target or where the goal was not reached."""
@@ -187,7 +187,8 @@ class Pursuit:
         found = np.flatnonzero(settled)
         return min(int(found[0]) if len(found) else self.reach_frame, len(self.performer) - 3)
 
-    def _act(self) -> None:
+    def act(self) -> None:
+        """One action towards the goal."""
         begun = process_time()
         performer, task, world = self.performer, self.task, self.world
         frames, now = world.action_frames, self.time + len(performer) / self.fps
@@ -235,7 +236,7 @@ class Pursuit:
         self._before = position
         performer.act(commands, style, share)
 
-    def _hold(self) -> None:
+    def hold(self) -> None:
         """One more action at the level reached."""
         now = self.time + len(self.performer) / self.fps
         weights, nearest = self._weigh(np.array(self.performer.place[:2]), now)

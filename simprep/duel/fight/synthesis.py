@@ -125,6 +125,10 @@ class Bout:
         """What a fighter performs."""
         return self._tracks[player].current.action
 
+    def during(self, player: int, frame: int) -> FightAction:
+        """What a fighter performed at a frame."""
+        return self._tracks[player].during(frame).action
+
     def pose(self, player: int, frame: int) -> FloatArray:
         """Pose (nq,) of a fighter at a frame up to the end of its current action."""
         return np.array(self._tracks[player].qpos[frame])

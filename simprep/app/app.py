@@ -1,0 +1,65 @@
+"""The live page as a whole: a session, its clock, and a server whose tabs show it. Needs the extra `app`."""
+
+import contextlib
+import io
+import threading
+import time
+import warnings
+
+import viser
+
+from simprep.app.loop import SessionLoop
+from simprep.app.page import Page
+from simprep.app.server import LOOPBACK, PageServer
+from simprep.app.session import Session
+
+SHOWN_FPS = 30.0
+"""Frames that a tab is sent [1/s]."""
+
+
+class App:
+    """Serves a session until it is stopped.
+
+    Args:
+        session: what is shown.
+        host: address to listen at.
+        port: of it; 0 for a free one.
+
+    Raises:
+        SettingError: the port is in use.
+    """
+
+    def __init__(self, session: Session, host: str = LOOPBACK, port: int = 0) -> None:
+        self.session, self._loop = session, SessionLoop(session)
+        self._pages: dict[int, Page] = {}
+        self._stop = threading.Event()
+        # a tab may close while it is drawn
+        warnings.filterwarnings("ignore", message="Queued a .* closed connection", category=UserWarning)
+        with contextlib.redirect_stdout(io.StringIO()):  # viser prints a banner of its own
+            self.server = PageServer(host, port)
+        self.address = f"http://{host}:{self.server.get_port()}"
+        self.server.on_client_connect(self._opened)
+        self.server.on_client_disconnect(self._closed)
+        self._loop.start()
+
+    def serve(self, seconds: float | None = None) -> None:
+        """Draw until `stop`, Ctrl-C, or so many seconds are over."""
+        end = None if seconds is None else time.perf_counter() + seconds
+        while not self._stop.is_set() and (end is None or time.perf_counter() < end):
+            begin = time.perf_counter()
+            for page in list(self._pages.values()):
+                page.update()
+            self._stop.wait(max(1 / SHOWN_FPS - (time.perf_counter() - begin), 0.002))
+
+    def stop(self) -> None:
+        """End the simulation and the server."""
+        self._stop.set()
+        self._loop.stop()
+        with contextlib.redirect_stdout(io.StringIO()):
+            self.server.stop()
+
+    def _opened(self, client: viser.ClientHandle) -> None:
+        self._pages[client.client_id] = Page(client, self.session)
+
+    def _closed(self, client: viser.ClientHandle) -> None:
+        self._pages.pop(client.client_id, None)

@@ -1,0 +1,60 @@
+"""The model that is drawn: the simulated bodies, a ghost of each where its reference is, and the things around."""
+
+from dataclasses import replace
+
+import mujoco
+import numpy as np
+
+from simprep.app.moments import Moment
+from simprep.app.stage import Stage
+from simprep.character import Character
+from simprep.physics.bodies import scene_bodies
+from simprep.scene import SceneSettings, scene_spec
+
+COLOURS = ((0.86, 0.45, 0.25), (0.25, 0.5, 0.8), (0.4, 0.65, 0.4))
+"""Of the bodies, in order."""
+GHOST_OPACITY = 0.25
+
+
+class Display:
+    """Poses of one moment for drawing; nothing is simulated with it.
+
+    Args:
+        characters: the simulated bodies.
+        stage: with the things around.
+
+    Attributes:
+        model: bodies first, then their ghosts.
+        data: in which a moment is posed.
+        ghosts: numbers of the model's bodies that belong to ghosts.
+    """
+
+    def __init__(self, characters: tuple[Character, ...], stage: Stage) -> None:
+        self._count = len(characters)
+        bodies = (*characters, *characters)
+        spec = scene_spec(replace(SceneSettings(bodies=bodies, obstacles=stage.obstacles)))
+        self.model = spec.compile()
+        self.data = mujoco.MjData(self.model)
+        self._bodies = scene_bodies(self.model, bodies)
+        self._things = [int(self.model.jnt_qposadr[self.model.joint(one.name).id]) for one in stage.moving]
+        self.ghosts = np.concatenate(
+            [np.arange(one.segments.start, one.segments.stop) for one in self._bodies[self._count :]]
+        )
+        for body in self._bodies:
+            own = np.isin(self.model.geom_bodyid, np.arange(body.segments.start, body.segments.stop))
+            ghost = body.number >= self._count
+            colour = COLOURS[body.number % self._count % len(COLOURS)]
+            shade = np.where(self.model.geom_rgba[own, 3] > 0, GHOST_OPACITY if ghost else 1.0, 0.0)
+            self.model.geom_rgba[own, :3] = (0.3, 0.35, 0.9) if ghost else colour
+            self.model.geom_rgba[own, 3] = shade
+            self.model.geom_matid[own] = -1
+
+    def pose(self, moment: Moment) -> mujoco.MjData:
+        """The data, with everything where it is at a moment."""
+        data = self.data
+        for body, pose in zip(self._bodies, (*moment.bodies, *moment.references)):
+            data.qpos[body.qpos] = pose
+        for at, place in zip(self._things, moment.things):
+            data.qpos[at : at + 7] = place
+        mujoco.mj_kinematics(self.model, data)
+        return data

@@ -1,0 +1,212 @@
+"""One browser tab: its own view, time line and controls of the shared session. Needs the extra `app`."""
+
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from simprep.app.display import Display
+from simprep.app.floor_drawing import FloorDrawing
+from simprep.app.moments import FPS, HISTORY_S, Moment
+from simprep.app.session import SCENES, Session
+from simprep.app.stage import BALL, LAUNCHES
+from simprep.errors import MissingExtraError, SimprepError
+from simprep.preparation.scenario import ARMS
+
+try:
+    import viser
+    from mjviser import ViserMujocoScene
+except ImportError:
+    raise MissingExtraError("the live page", "app") from None
+
+CHART_S, CHART_EVERY_S = 12.0, 0.25
+"""Time that the charts span, and how often they are drawn anew [s]."""
+HOTKEYS = {"punch": "P", "kick": "K", "duck": "D", "jump": "J", "crawl": "C"}
+DUEL_HOTKEYS = {"left punch": "Q", "right punch": "E", "left kick": "Z", "right kick": "V"}
+CLICKS = ("goal with target", "goal only", "ball")
+ABOUT = (
+    "Click the floor to set a goal. Solid: the simulated body. Transparent blue: its reference, which is no simulation. "
+    "On the floor: support polygon (green), COM (black), XcoM (orange), centre of pressure (pink). "
+    "The chart's margin is clipped to ±0.3 m; in flight it is shown as -0.3."
+)
+
+
+class Page:
+    """One tab.
+
+    Args:
+        client: the tab.
+        session: what it shows and steers; other tabs do too.
+    """
+
+    def __init__(self, client: viser.ClientHandle, session: Session) -> None:
+        self.client, self.session = client, session
+        self._version, self._shown_time, self._chart_at = -1, -1.0, 0.0
+        self._frames: list[float] = []
+        self._display: Display | None = None
+        self._scene: ViserMujocoScene | None = None
+        self._marks: FloorDrawing | None = None
+        client.gui.configure_theme(show_share_button=False, show_logo=False, control_width="large")
+        self._build_status()
+        self._build_controls()
+        self._build_time()
+        for scope in (HOTKEYS, DUEL_HOTKEYS):
+            for name, key in scope.items():
+                command: Any = client.gui.add_command(name, hotkey=key)  # type: ignore[arg-type]
+                command.on_trigger(self._does(partial(session.launch, name)))
+        client.scene.on_click()(self._clicked)
+
+    def update(self) -> None:
+        """Draw what is new."""
+        session, now = self.session, time.perf_counter()
+        if self._version != session.version:
+            self._rebuild()
+        moment = session.history.back(0.0 if self._live.value else self._back.value)
+        if moment is None or self._scene is None or self._display is None or self._marks is None:
+            return
+        if moment.time != self._shown_time:
+            self._shown_time = moment.time
+            self._frames = [*(one for one in self._frames if one > now - 2.0), now]
+            with self.client.atomic():
+                self._scene.update_from_mjdata(self._display.pose(moment))
+                self._marks.show(moment, self._with_marks.value)
+        if now - self._chart_at > CHART_EVERY_S:
+            self._chart_at = now
+            self._write_status(moment)
+            self._draw_charts(moment)
+
+    def _rebuild(self) -> None:
+        """Another world: draw its bodies instead."""
+        with self.session.lock:
+            version, stage, characters = self.session.version, self.session.stage, self.session.director.characters
+        scene = self.client.scene
+        scene.reset()
+        scene.set_up_direction("+z")
+        self._display = Display(characters, stage)
+        self._scene = ViserMujocoScene(self.client, self._display.model, 1)  # type: ignore[arg-type]
+        self._scene.camera_tracking_enabled = False
+        self._marks = FloorDrawing(self.client, len(characters))
+        self._version, self._shown_time = version, -1.0
+        self._show_ghost()
+        self.client.camera.position, self.client.camera.look_at = (2.6, -5.5, 2.2), (2.6, 0.0, 0.7)
+
+    def _build_status(self) -> None:
+        gui = self.client.gui
+        self._status = gui.add_markdown("")
+        self._level = gui.add_progress_bar(0.0)
+        self._charts = [
+            gui.add_uplot(
+                (np.zeros(2), np.zeros(2)),
+                ({"label": "time [s]"}, {"label": label, "stroke": colour, "width": 2}),
+                height=110,
+                scales={"x": {"time": False}, "y": {"range": span}},
+                legend={"show": False},
+                axes=({}, {"label": label, "labelSize": 16, "size": 44}),
+            )
+            for label, colour, span in (("α", "#e67800", (0.0, 1.0)), ("margin [m]", "#148c50", (-0.3, 0.3)))
+        ]
+
+    def _build_controls(self) -> None:
+        gui, session = self.client.gui, self.session
+        with gui.add_folder("Scene"):
+            self._scenes = gui.add_dropdown("scene", SCENES, initial_value=session.settings.scene)
+            self._scenes.on_update(self._does(lambda: session.restart(self._scenes.value)))
+            gui.add_button("begin anew").on_click(self._does(session.restart))
+            gui.add_button("do the scene's tasks").on_click(self._does(session.begin_tasks))
+        with gui.add_folder("Preparation"):
+            self._click = gui.add_dropdown("a click sets", CLICKS, initial_value=CLICKS[0])
+            self._target = gui.add_dropdown("target", tuple(LAUNCHES), initial_value="kick")
+            self._arm = gui.add_dropdown("arm", ARMS, initial_value=session.settings.arm)
+            self._arm.on_update(self._does(lambda: session.switch(self._arm.value)))
+            for name, key in HOTKEYS.items():
+                gui.add_button(f"{name} ({key})").on_click(self._does(partial(session.launch, name)))
+        with gui.add_folder("Duel: the avatar", expand_by_default=False):
+            for name, key in DUEL_HOTKEYS.items():
+                gui.add_button(f"{name} ({key})").on_click(self._does(partial(session.launch, name)))
+        with gui.add_folder("Push from outside", expand_by_default=False):
+            force = gui.add_slider("force [N]", 20, 600, 10, 150)
+            angle = gui.add_slider("direction [deg]", -180, 180, 15, 90)
+            gui.add_button("push for 0.2 s").on_click(self._does(lambda: session.push(force.value, angle.value)))
+        gui.add_markdown(ABOUT)
+
+    def _build_time(self) -> None:
+        gui, session = self.client.gui, self.session
+        with gui.add_folder("Time"):
+            self._live = gui.add_checkbox("live", True)
+            self._back = gui.add_slider("seconds back (this tab)", 0.0, HISTORY_S, 1 / FPS, 0.0, disabled=True)
+            self._live.on_update(lambda _: setattr(self._back, "disabled", self._live.value))
+            gui.add_button("pause / go on (all tabs)").on_click(self._does(lambda: session.pause(not session.paused)))
+            gui.add_button("single step").on_click(self._does(session.single_step))
+            self._with_ghost = gui.add_checkbox("reference as a ghost", True)
+            self._with_ghost.on_update(lambda _: self._show_ghost())
+            self._with_marks = gui.add_checkbox("balance on the floor", True)
+            name = gui.add_text("name", "motion")
+            gui.add_button("save this as a motion").on_click(self._does(lambda: session.save(name.value)))
+
+    def _show_ghost(self) -> None:
+        if self._scene is None or self._display is None:
+            return
+        ghosts = set(self._display.ghosts.tolist())
+        for group in self._scene._mesh_groups:  # mjviser has no other way to hide some bodies
+            if set(group.body_ids.tolist()) <= ghosts:
+                group.handle.visible = self._with_ghost.value
+
+    def _clicked(self, event: viser.SceneClickEvent) -> None:
+        origin, direction = np.array(event.ray_origin), np.array(event.ray_direction)
+        if direction[2] > -1e-3 or origin[2] <= 0:
+            return  # above the horizon
+        x, y, _ = origin - origin[2] / direction[2] * direction
+        point = float(x), float(y)
+        target = self._target.value if self._click.value == CLICKS[0] and not self.session.is_duel else None
+        if self._click.value == BALL:
+            self._do(lambda: self.session.set_ball(point))
+        else:
+            self._do(lambda: self.session.set_goal(point, target))
+
+    def _does(self, action: Callable[[], Any]) -> Callable[[Any], None]:
+        return lambda _: self._do(action)
+
+    def _do(self, action: Callable[[], Any]) -> None:
+        """What a user asks for; what cannot be is told, not raised."""
+        try:
+            action()
+        except SimprepError as error:
+            self.session.told = str(error)
+
+    def _write_status(self, moment: Moment) -> None:
+        session, caption = self.session, moment.caption
+        state = "paused" if session.paused else f"simulated at **{session.rate:.2f} × real time**"
+        if session.tracker.end:
+            state = f"the simulation {session.tracker.end}"
+        if not self._live.value:
+            state += f", looking back at {moment.time:.2f} s"
+        shown = len(self._frames) / 2.0
+        lines = [
+            f"{state}, {shown:.0f} frames/s shown; time {moment.time:.2f} s",
+            f"preset {session.settings.preset}, seed {session.settings.seed}; arm {session.settings.arm}",
+            *(f"**{doing}**" for doing in caption.doing),
+            *(f"{words}: {chance:.0%}" for words, chance in caption.chances),
+            "**FALLEN**: begin anew" if moment.fallen else "",
+            f"outside force {np.linalg.norm(moment.push):.0f} N" if any(moment.push) else "outside force: none",
+            f"_{session.told}_",
+        ]
+        self._status.content = "\n\n".join(line for line in lines if line)
+        level = caption.level
+        self._level.value = 0.0 if np.isnan(level) else 100 * level
+        self._level.visible = not session.is_duel
+        if self._scenes.value != session.settings.scene:
+            self._scenes.value = session.settings.scene
+
+    def _draw_charts(self, moment: Moment) -> None:
+        shown = [one for one in self.session.history.all() if moment.time - CHART_S <= one.time <= moment.time][::4]
+        if len(shown) < 2:
+            return
+        times = np.array([one.time for one in shown])
+        series = (
+            np.nan_to_num([one.caption.level for one in shown]),
+            np.clip(np.nan_to_num([one.marks[0].margin for one in shown], nan=-0.3), -0.3, 0.3),
+        )
+        for chart, values in zip(self._charts, series):
+            chart.data = (times, values)

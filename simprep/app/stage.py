@@ -1,0 +1,135 @@
+"""What the page can show: the paper's three scenes, with things that collide, and the tasks that belong to them."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from simprep.app.aiming import strike, task_at
+from simprep.character import Character
+from simprep.controller.runtime.task import Task
+from simprep.errors import UnknownNameError
+from simprep.humanoid_model import humanoid
+from simprep.library import library_motion
+from simprep.motion.edit import move
+from simprep.motion.motion import Motion
+from simprep.preparation.reference_posture import reference_posture
+from simprep.scene import Obstacle
+
+BALL = "ball"
+BALL_RADIUS_M, BALL_KG = 0.11, 0.43
+"""Of a football."""
+STOPS_M = 0.35
+"""About where a character that has reached its goal comes to stand before it."""
+KICK, JUMP = "kick_front", "jump_over_low"
+LAUNCHES = {"punch": "punch_right", "kick": KICK, "duck": "duck", "jump": JUMP, "crawl": "crawl"}
+"""What can be launched, by the word on its button: a target motion of the library."""
+TARGETS = (*dict.fromkeys(LAUNCHES.values()), "punch_left")
+STRIKE_M = 0.6
+"""An opponent stands so far behind the place where a punch is launched [m]."""
+GUARD = "guard_left_lead"
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A scene of the page.
+
+    Attributes:
+        name: of the scene.
+        target: what is launched at a goal first.
+        obstacles: things in the world; those with a mass fly when hit.
+        others: motions of further bodies, which are simulated too and stay where they are.
+        tasks: what `begin` does, one after the other.
+    """
+
+    name: str
+    target: str
+    obstacles: tuple[Obstacle, ...] = ()
+    others: tuple[Motion, ...] = ()
+    tasks: tuple[Task, ...] = ()
+
+    @property
+    def characters(self) -> tuple[Character, ...]:
+        """Who is in it, the one that the user leads first."""
+        return (humanoid(), *(motion.character for motion in self.others))
+
+    @property
+    def moving(self) -> tuple[Obstacle, ...]:
+        """Things that move freely, in the order of their entries in qpos."""
+        return tuple(one for one in self.obstacles if one.mass)
+
+
+def ball_task(ball: tuple[float, float], own: tuple[float, float]) -> Task:
+    """Go from one's own place to where the kick meets a ball at (x, y) [m]."""
+    ahead, _ = _foot_at_strike()
+    way = np.array(ball) - own
+    towards = way / max(float(np.linalg.norm(way)), 1e-9)
+    goal = np.array(ball) - (ahead - STOPS_M) * towards
+    return task_at((float(goal[0]), float(goal[1])), KICK)
+
+
+def _empty() -> Stage:
+    return Stage("empty", "punch_right")
+
+
+def _ball() -> Stage:
+    """A ball on a post, as high as the kick strikes."""
+    place = (2.6, 0.0)
+    return Stage("ball", KICK, ball_on_post(place), tasks=(ball_task(place, (0.0, 0.0)),))
+
+
+def ball_on_post(place: tuple[float, float]) -> tuple[Obstacle, ...]:
+    """A ball at (x, y) [m] on a post, as high as the foot strikes."""
+    _, high = _foot_at_strike()
+    ball = Obstacle(BALL, (*place, high), (BALL_RADIUS_M,) * 3, ball=True, mass=BALL_KG)
+    half = (high - BALL_RADIUS_M) / 2
+    return ball, Obstacle("post", (*place, half), (0.03, 0.03, half))
+
+
+def _opponents() -> Stage:
+    places = ((2.4, 0.3), (3.4, -1.0))
+    guard = library_motion(GUARD)
+    others = []
+    for x, y in places:
+        turn = float(np.arctan2(-y, -x))
+        at = (x + STRIKE_M * x / float(np.hypot(x, y)), y + STRIKE_M * y / float(np.hypot(x, y)))
+        others.append(replace(move(guard, turn=turn), loop=False))
+        root = others[-1].qpos[0, :2]
+        others[-1] = move(others[-1], (at[0] - float(root[0]), at[1] - float(root[1])))
+    tasks = tuple(task_at(place, punch) for place, punch in zip(places, ("punch_right", "punch_left")))
+    return Stage("opponents", "punch_right", others=tuple(others), tasks=tasks)
+
+
+def _course() -> Stage:
+    """A bar to duck under, a low one to jump over, and one to crawl under; the bars fall when they are hit."""
+    things = []
+    bars = {"duck": (1.8, 1.52), JUMP: (3.2, 0.17), "crawl": (6.2, 1.1)}
+    for name, (x, high) in bars.items():
+        for side, sign in (("left", 1), ("right", -1)):
+            things.append(Obstacle(f"{name}_{side}", (x, 0.62 * sign, high / 2), (0.04, 0.04, high / 2)))
+        things.append(Obstacle(f"{name}_bar", (x, 0.0, high + 0.03), (0.03, 0.68, 0.03), mass=0.8))
+    tasks = tuple(task_at((x - ahead, 0.0), name) for (name, (x, _)), ahead in zip(bars.items(), (0.5, 0.45, 0.6)))
+    return Stage("course", "duck", tuple(things), tasks=tasks)
+
+
+STAGES: dict[str, Callable[[], Stage]] = {"ball": _ball, "opponents": _opponents, "course": _course, "empty": _empty}
+
+
+def stage(name: str) -> Stage:
+    """A scene by name; UnknownNameError for another."""
+    if name not in STAGES:
+        raise UnknownNameError("scene", name, STAGES)
+    return STAGES[name]()
+
+
+def struck(stage: Stage) -> tuple[float, float, float] | None:
+    """Where the ball of a scene is to be struck (x, y, z) [m]; None where there is none."""
+    return next((one.position for one in stage.obstacles if one.name == BALL), None)
+
+
+def _foot_at_strike() -> tuple[float, float]:
+    """How far before the root at the launch, and how high, the sole is when the kick strikes [m]."""
+    kick = library_motion(KICK)
+    sole = strike(kick, 1)
+    start = kick.qpos[reference_posture(kick).frame]
+    return float(sole[0] - start[0]), float(sole[2])

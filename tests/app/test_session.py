@@ -1,0 +1,126 @@
+import numpy as np
+import pytest
+
+from simprep.app.moments import FPS, History
+from simprep.app.session import Session, SessionSettings
+from simprep.errors import SettingError, UnknownNameError
+from simprep.humanoid_model import humanoid
+from simprep.motion.store import read_motion
+from simprep.physics.bodies import scene_bodies
+from simprep.scene import Obstacle, SceneSettings, build_scene
+
+
+def run(session, moments):
+    for _ in range(moments):
+        assert session.advance()
+
+
+def test_a_moment_is_a_sixtieth_and_balance_is_measured(session):
+    run(session, 20)
+    moment = session.newest
+    assert moment.time == pytest.approx(20 / 60)
+    assert session.director.asked == 20
+    marks = moment.marks[0]
+    weight_inside = marks.polygon.min(axis=0) < marks.com
+    assert weight_inside.all()
+    assert marks.margin > 0.02
+    np.testing.assert_allclose(marks.pressure, marks.com, atol=0.05)
+    assert moment.caption.doing == (f"stands at {moment.time:.2f}",)
+
+
+def test_it_waits_goes_on_by_one_moment_and_looks_back(session):
+    run(session, 5)
+    session.pause()
+    assert session.rate == 0
+    assert not session.advance()
+    session.single_step()
+    assert session.advance()
+    assert not session.advance()
+    assert session.time == pytest.approx(6 / 60)
+    assert session.history.back(3 / 60).time == pytest.approx(3 / 60)
+    assert session.history.back(99).time == pytest.approx(1 / 60)
+    session.pause(False)
+    assert session.advance()
+
+
+def test_what_is_remembered_stays_bounded(session):
+    run(session, 2)
+    history = History(1.0)
+    for _ in range(5 * FPS):
+        history.add(session.newest)
+    assert len(history) == FPS
+    assert session._hits.hits.maxlen
+
+
+def test_a_push_is_shown_while_it_acts_and_moves_the_body(session):
+    run(session, 6)
+    before = session.newest.bodies[0][1]
+    session.push(200, 90, 0.1)
+    run(session, 4)
+    assert session.newest.push == pytest.approx((0, 200, 0), abs=1e-9)
+    run(session, 8)
+    assert session.newest.push == (0, 0, 0)
+    assert session.newest.bodies[0][1] > before + 0.01
+    assert not session.tracker.data.xfrc_applied.any()
+    with pytest.raises(SettingError, match="valid: up to"):
+        session.push(1e9)
+
+
+def test_motions_are_saved_in_the_folder_and_nowhere_else(session, tmp_path):
+    with pytest.raises(SettingError, match="nothing to save"):
+        session.save("early")
+    run(session, 10)
+    path = session.save("mine")
+    assert path == tmp_path / "saved" / "mine.npz"
+    motion = read_motion(path)
+    assert len(motion) == 10
+    assert motion.contacts.all()
+    for name in ("../out", "a/b", "", ".hidden", "x" * 65, "C:\\x"):
+        with pytest.raises(SettingError, match="no folders"):
+            session.save(name)
+    assert [one.name for one in tmp_path.rglob("*.npz")] == ["mine.npz"]
+
+
+def test_what_cannot_be_is_refused(session):
+    with pytest.raises(UnknownNameError, match="ball, opponents, course"):
+        session.restart("moon")
+    with pytest.raises(UnknownNameError, match="traditional"):
+        session.switch("best")
+    with pytest.raises(SettingError, match="within 50 m"):
+        session.set_goal((float("nan"), 0.0))
+    with pytest.raises(SettingError, match="farther away"):
+        session.set_ball((0.2, 0.0))
+    with pytest.raises(UnknownNameError, match="optimised"):
+        Session(SessionSettings(arm="best"))
+
+
+def test_the_ball_goes_where_it_is_put_and_the_world_begins_anew(session):
+    run(session, 3)
+    version = session.version
+    session.set_ball((1.5, 1.0))
+    run(session, 1)
+    assert session.version != version
+    assert session.time == pytest.approx(1 / 60)
+    np.testing.assert_allclose(session.newest.things[0, :2], (1.5, 1.0), atol=1e-6)
+
+
+def test_things_with_a_mass_move_and_are_no_bodies():
+    ball = Obstacle("ball", (2.0, 0.0, 1.0), (0.11,) * 3, ball=True, mass=0.43)
+    bar = Obstacle("bar", (-2.0, 0.0, 0.5), (0.03, 0.5, 0.03), mass=0.8)
+    model = build_scene(SceneSettings(obstacles=(ball, bar)))
+    (body,) = scene_bodies(model, (humanoid(),))
+    assert (body.qpos.start, body.qvel.start) == (0, 0)
+    assert model.nq == humanoid().nq + 14
+    assert model.body_mass[model.body("ball").id] == pytest.approx(0.43)
+    # a solid ball: 2/5 m r^2
+    assert model.body_inertia[model.body("ball").id] == pytest.approx(np.full(3, 0.4 * 0.43 * 0.11**2))
+
+    import mujoco
+
+    data = mujoco.MjData(model)
+    for _ in range(480):
+        mujoco.mj_step(model, data)
+    at = int(model.jnt_qposadr[model.joint("ball").id])
+    assert 0.1 < data.qpos[at + 2] < 0.2
+    with pytest.raises(SettingError, match="0 \\(fixed\\) or more"):
+        Obstacle("bad", (0, 0, 0), (1, 1, 1), mass=-1)
