@@ -174,6 +174,7 @@ def test_every_command_has_json_and_quiet(words, kind, monkeypatch, capsys):
         "synthetic": ["kickboxing"],
         "convert": ["x", "y"],
         "check": ["x", "--baseline", "b.json"],
+        "render": ["x", "-o", "y.png"],
     }.get(words[-1])
     if needed is None:
         takes_one = (
@@ -182,6 +183,7 @@ def test_every_command_has_json_and_quiet(words, kind, monkeypatch, capsys):
             "margins",
             "sweep",
             "stability",
+            "view",
             "import",
             "check-motion",
             "join",
