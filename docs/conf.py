@@ -1,5 +1,7 @@
 """How sphinx builds the site from the pages of this folder and the docstrings: `python -m sphinx -W docs site`."""
 
+import re
+
 import simprep
 
 project = "simprep"
@@ -22,3 +24,12 @@ autodoc_member_order = "bysource"
 html_theme = "furo"  # system fonts, no request to other hosts
 html_show_sourcelink = False
 html_copy_source = False
+
+
+def setup(app):
+    """Results and scripts stand beside this folder: the site offers what pages link to there as downloads."""
+    app.connect("source-read", _link_to_downloads)
+
+
+def _link_to_downloads(app, page, source):
+    source[0] = re.sub(r"(?<!!)\[([^]]*)\]\((\.\./[^)#]+)\)", r"[\1](<path:\2>)", source[0])

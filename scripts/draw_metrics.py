@@ -56,19 +56,13 @@ def plane(width: float = 4.6, height: float = 3.4) -> tuple[Figure, Axes]:
     return figure, axes
 
 
-def double_support() -> tuple[simprep.Motion, int]:
-    """A walk and a frame of its balance series in which both feet stand and the COM is well away from the centre."""
-    walk = simprep.library_motion("walk")
-    series = balance(walk)
-    both = series.support.reshape(len(series.time), 2, -1).any(axis=2).all(axis=1)
-    return walk, int(np.argmax(np.where(both, series.com_cos, -1.0)))
-
-
 def draw_support(axes: Axes, floor: np.ndarray, mask: np.ndarray) -> np.ndarray:
-    """Soles and the support polygon seen from above; gives the polygon's corners (k, 2)."""
+    """Soles that stand and the support polygon, from above; gives the polygon's corners (k, 2)."""
     (corners,) = polygons(floor[None], mask[None])
     axes.add_patch(Polygon(corners, closed=True, facecolor="#dfe6ef", edgecolor=BLUE, label="support polygon"))
-    for foot in np.split(floor, 2):
+    for foot, stands in zip(np.split(floor, 2), np.split(mask, 2)):
+        if not stands.any():
+            continue
         (outline,) = polygons(foot[None], np.ones((1, len(foot)), dtype=bool))
         axes.add_patch(Polygon(outline, closed=True, facecolor="#c7ccd3", edgecolor=GREY))
     axes.set_xlabel("x [m], the way it walks")
@@ -77,28 +71,30 @@ def draw_support(axes: Axes, floor: np.ndarray, mask: np.ndarray) -> np.ndarray:
 
 
 def com_to_centre() -> Figure:
-    walk, frame = double_support()
-    series = balance(walk)
+    series = balance(simprep.library_motion("walk"))
+    both_feet = series.support.reshape(len(series.time), 2, -1).any(axis=2).all(axis=1)
+    frame = int(np.argmax(np.where(both_feet, series.com_cos, -1.0)))
     figure, axes = plane()
     draw_support(axes, series.foot_points[frame], series.support[frame])
     com, centre = series.com[frame, :2], series.support_centre[frame]
     axes.plot(*np.stack([com, centre]).T, color=RED, lw=2, label=f"distance: {1e3 * series.com_cos[frame]:.0f} mm")
     axes.plot(*centre, "s", color=BLUE, label="centre of support")
     axes.plot(*com, "o", color="black", label="COM on the floor")
+    axes.margins(0.08)
     axes.autoscale_view()
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return figure
 
 
 def margin_of_stability() -> Figure:
-    walk, frame = double_support()
-    series = balance(walk)
+    series = balance(simprep.library_motion("walk"))
+    frame = int(np.nanargmin(series.margin))  # one foot stands, and the body falls forward onto the next
     figure, axes = plane()
     corners = draw_support(axes, series.foot_points[frame], series.support[frame])
     com, xcom = series.com[frame, :2], series.xcom[frame]
     edge = nearest_on_outline(corners, xcom)
     axes.annotate("", xcom, com, arrowprops={"arrowstyle": "->", "color": "black", "lw": 1.5})
-    axes.text(*((com + xcom) / 2 + [0, 0.02]), "v / ω₀", ha="center")
+    axes.text(*((com + xcom) / 2 - [0.06, 0.05]), "v / ω₀", ha="center")
     axes.plot(
         *np.stack([xcom, edge]).T,
         color=RED,
@@ -107,6 +103,7 @@ def margin_of_stability() -> Figure:
     )
     axes.plot(*com, "o", color="black", label="COM on the floor")
     axes.plot(*xcom, "D", color=GOLD, label="extrapolated COM (XcoM)")
+    axes.margins(0.08)
     axes.autoscale_view()
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return figure
@@ -124,35 +121,38 @@ def mpjpe() -> Figure:
     kick = simprep.library_motion("kick_front")
     run = simprep.track(kick, controller="pd")
     frame = int(0.9 * len(run.torque))
-    body = kick.character
-    reference, simulated = (
-        forward_kinematics(q[frame : frame + 1], body).xpos[0] for q in (run.reference_qpos, run.qpos)
-    )
-    parents = body.model.body_parentid[1:] - 1
+    poses = forward_kinematics(np.stack([run.reference_qpos[frame], run.qpos[frame]]), kick.character)
+    reference, simulated = poses.xpos
+    drift = simulated[0] - reference[0]
     figure = Figure(figsize=(6.6, 3.8))
-    aligned = simulated - simulated[0] + reference[0]
-    for number, (title, other) in enumerate((("global (in the world)", simulated), ("root-relative", aligned))):
+    for number, (title, shift) in enumerate((("global (in the world)", np.zeros(3)), ("root-relative", drift))):
         axes = figure.add_subplot(1, 2, number + 1)
         axes.set_aspect("equal")
         axes.axhline(0, color="#c7ccd3", lw=1)
-        for points, colour, label in ((reference, GREY, "reference"), (other, BLUE, "simulated")):
-            for segment, parent in enumerate(parents):
-                if parent >= 0:
-                    axes.plot(
-                        *points[[parent, segment]][:, [0, 2]].T,
-                        "-",
-                        color=colour,
-                        lw=2,
-                        label=label if segment == 1 else None,
-                    )
-        for one, two in zip(reference, other):
+        draw_body(axes, kick, reference, poses.foot_points[0], GREY, "reference")
+        draw_body(axes, kick, simulated - shift, poses.foot_points[1] - shift, BLUE, "simulated")
+        for one, two in zip(reference, simulated - shift):
             axes.plot([one[0], two[0]], [one[2], two[2]], color=RED, lw=1.2)
-        mean = 1e3 * np.linalg.norm(other - reference, axis=1).mean()
+        mean = 1e3 * np.linalg.norm(simulated - shift - reference, axis=1).mean()
         axes.set_title(f"{title}: {mean:.0f} mm", fontsize=9)
         axes.axis("off")
-        if number == 0:
-            axes.legend(loc="upper left", frameon=False, fontsize=8)
+    axes.plot([], [], color=RED, label="distance of a segment")
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     return figure
+
+
+def draw_body(
+    axes: Axes, motion: simprep.Motion, origins: np.ndarray, soles: np.ndarray, colour: str, label: str
+) -> None:
+    """A stick figure from the side: segments (segments, 3) and the line of each sole (2, soles, 3)."""
+    parents = motion.character.model.body_parentid[1:] - 1
+    for segment, parent in enumerate(parents):
+        if parent >= 0:
+            axes.plot(*origins[[parent, segment]][:, [0, 2]].T, color=colour, lw=2)
+    for side, foot in enumerate(motion.character.feet):
+        outline = np.stack([origins[foot], soles[side, 0], soles[side, -1], origins[foot]])
+        axes.plot(*outline[:, [0, 2]].T, color=colour, lw=2)
+    axes.plot([], [], color=colour, lw=2, label=label)
 
 
 def foot_slip() -> Figure:
@@ -176,6 +176,7 @@ def foot_slip() -> Figure:
     for point in sole:
         axes.annotate("", moved(point), point, arrowprops={"arrowstyle": "->", "color": RED, "lw": 1.5})
     axes.plot([], [], color=RED, label="slip of each point that carries")
+    axes.margins(0.08)
     axes.autoscale_view()
     axes.set_xlabel("x [m]")
     axes.set_ylabel("y [m]")
@@ -188,7 +189,7 @@ def penetration() -> Figure:
     depth, radius = 0.012, 0.025
     axes.add_patch(Rectangle((-0.06, -0.06), 0.36, 0.06, facecolor="#efe9df", edgecolor="none"))
     axes.axhline(0, color=GREY, lw=1)
-    axes.text(0.29, -0.012, "floor, z = 0", va="top", ha="right", color=GREY)
+    axes.text(0.02, -0.012, "floor, z = 0", va="top", ha="center", color=GREY)
     for x, z in ((0.02, radius + 0.004), (0.2, radius - depth)):
         axes.add_patch(Circle((x, z), radius, facecolor="#c7ccd3", edgecolor=GREY))
     axes.plot([0.02, 0.2], [2 * radius + 0.004, 2 * radius - depth], color=GREY, lw=1)
@@ -229,7 +230,7 @@ def peak_acceleration() -> Figure:
     axes.axvline(0, color=GREY, lw=0.8, ls="--")
     axes.set_xlabel("time from the launch [s]")
     axes.set_ylabel("fastest hinge [rad/s²]")
-    axes.legend(frameon=False)
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
     for side in ("top", "right"):
         axes.spines[side].set_visible(False)
     return figure
