@@ -1,6 +1,6 @@
 """A recording of two people: cut into actions, labelled, and learned from.
 
-    python examples/analyse_two_people.py                # a minute of the built-in taekwondo stream
+    python examples/analyse_two_people.py                # 45 s of the built-in taekwondo stream
     python examples/analyse_two_people.py a.bvh b.bvh    # your recording, one file per person: cuts only
 
 The built-in stream is synthetic, so the truth is known and stands in for a person who annotates a tenth of the actions. For a recording,
@@ -25,7 +25,7 @@ if len(sys.argv) > 2:
     print(f"{stream.duration:.1f} s; A has {len(cuts.segments(0))} actions, B {len(cuts.segments(1))}")
     sys.exit()
 
-made = make_synthetic(replace(preset("taekwondo"), clips=1, clip_s=60.0), seed=1)
+made = make_synthetic(replace(preset("taekwondo"), clips=1, clip_s=45.0), seed=1)
 quick = AnalysisSettings(annotated=0.2, evaluation=EvaluationSettings(splits=1, components=(1,), prior_counts=(10.0,)))
 found = simprep.analyse(made.stream, np.random.default_rng(1), truth=made.truth, settings=quick)
 

@@ -41,7 +41,7 @@ PROGRAMS = {
 
 def test_few_blocks_are_not_run():
     marked = [page.name for page in PAGES for language, _, marked in blocks(page) if language == "python" and marked]
-    assert len(marked) <= 3
+    assert len(marked) <= 5
     assert sum(map(len, PROGRAMS.values())) >= 10
 
 

@@ -75,7 +75,7 @@ def growing_reference(text):
 
 
 def validate_own_clip(text):
-    assert "my_punch: 73 frames at 60/s, the target movement begins at frame" in text
+    assert "my_punch: 154 frames at 60/s, the target movement begins at frame" in text
     none, optimised = (
         numbers(rf"{arm} +done, MPJPE (\d+) mm, launch (\d+) rad", text) for arm in ("none", "optimised")
     )
@@ -97,7 +97,7 @@ def replay_on_a_robot(text):
 
 
 def analyse_two_people(text):
-    a, b = numbers(r"^60 s: (\d+) actions of A, (\d+) of B", text)
+    a, b = numbers(r"^45 s: (\d+) actions of A, (\d+) of B", text)
     assert min(a, b) > 36
     assert numbers(r"cut F1 ([\d.]+)", text)[0] > 0.9
     assert numbers(r"A attacks (\d+) times", text)[0] > 3
