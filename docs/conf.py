@@ -22,14 +22,18 @@ autodoc_typehints = "description"
 autodoc_member_order = "bysource"
 
 html_theme = "furo"  # system fonts, no request to other hosts
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_copy_source = False
 
 
 def setup(app):
-    """Results and scripts stand beside this folder: the site offers what pages link to there as downloads."""
-    app.connect("source-read", _link_to_downloads)
+    """Pages are written so that they read well without the site too; some links differ there."""
+    app.connect("source-read", _links_of_the_site)
 
 
-def _link_to_downloads(app, page, source):
+def _links_of_the_site(app, page, source):
+    # what stands beside this folder is offered as a download; links to pages get the pages' titles
+    source[0] = re.sub(r"\[(?:docs/)?(\w+\.md)\]\(\1\)", r"[](\1)", source[0])
     source[0] = re.sub(r"(?<!!)\[([^]]*)\]\((\.\./[^)#]+)\)", r"[\1](<path:\2>)", source[0])

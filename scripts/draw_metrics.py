@@ -94,7 +94,7 @@ def margin_of_stability() -> Figure:
     com, xcom = series.com[frame, :2], series.xcom[frame]
     edge = nearest_on_outline(corners, xcom)
     axes.annotate("", xcom, com, arrowprops={"arrowstyle": "->", "color": "black", "lw": 1.5})
-    axes.text(*((com + xcom) / 2 - [0.06, 0.05]), "v / ω₀", ha="center")
+    axes.plot([], [], color="black", label="v / ω₀")
     axes.plot(
         *np.stack([xcom, edge]).T,
         color=RED,
