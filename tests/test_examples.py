@@ -84,7 +84,7 @@ def validate_own_clip(text):
 
 
 def compare_arms(text):
-    assert text.splitlines()[0].split() == ["none", "traditional", "blended", "optimised"]
+    assert text.splitlines()[0].split() == ["metric", "none", "traditional", "blended", "optimised"]
     assert numbers(r"assist_n +(\S+) +(\S+) +(\S+) +(\S+)", text) == [0, 0, 0, 0]
     none, *prepared = numbers(r"com_cos_mm +(\S+) +(\S+) +(\S+) +(\S+)", text)
     assert max(prepared) < none
@@ -109,6 +109,15 @@ def stage_a_fight(text):
     assert re.search(r"simulated: (done|fell) after [\d.]+ s, largest external force 0 N", text)
 
 
+def regression_test(text):
+    first, again, changed, *table, files = text.splitlines()
+    assert "1 failed" in first
+    assert "1 passed" in again
+    assert "1 failed" in changed
+    assert table[0].endswith("worse  │")
+    assert files == "files: test_walk/test_prepared_walk.json"
+
+
 CHECKS = {
     check.__name__: check
     for check in (
@@ -121,6 +130,7 @@ CHECKS = {
         replay_on_a_robot,
         analyse_two_people,
         stage_a_fight,
+        regression_test,
         own_controller,
         growing_reference,
     )
