@@ -74,6 +74,50 @@ def growing_reference(text):
     assert numbers(r"^done, root-relative error (\d+) mm$", end)[0] < 60
 
 
+def validate_own_clip(text):
+    assert "my_punch: 154 frames at 60/s, the target movement begins at frame" in text
+    none, optimised = (
+        numbers(rf"{arm} +done, MPJPE (\d+) mm, launch (\d+) rad", text) for arm in ("none", "optimised")
+    )
+    assert max(none[0], optimised[0]) < 100
+    assert optimised[1] < none[1]
+
+
+def compare_arms(text):
+    assert text.splitlines()[0].split() == ["metric", "none", "traditional", "blended", "optimised"]
+    assert numbers(r"assist_n +(\S+) +(\S+) +(\S+) +(\S+)", text) == [0, 0, 0, 0]
+    none, *prepared = numbers(r"com_cos_mm +(\S+) +(\S+) +(\S+) +(\S+)", text)
+    assert max(prepared) < none
+
+
+def replay_on_a_robot(text):
+    assert "29 hinges, 1.26 m, 35 kg" in text
+    assert numbers(r"joints ([\d.]+) mm", text)[0] < 20
+    assert numbers(r"done after .* MPJPE (\d+) mm, largest external force 0 N", text)[0] < 60
+
+
+def analyse_two_people(text):
+    a, b = numbers(r"^45 s: (\d+) actions of A, (\d+) of B", text)
+    assert min(a, b) > 36
+    assert numbers(r"cut F1 ([\d.]+)", text)[0] > 0.9
+    assert numbers(r"A attacks (\d+) times", text)[0] > 3
+
+
+def stage_a_fight(text):
+    (at,) = numbers(r"asked: kick.*answered at ([\d.]+) s", text)
+    assert at < 1.2
+    assert re.search(r"simulated: (done|fell) after [\d.]+ s, largest external force 0 N", text)
+
+
+def regression_test(text):
+    first, again, changed, *table, files = text.splitlines()
+    assert "1 failed" in first
+    assert "1 passed" in again
+    assert "1 failed" in changed
+    assert table[0].endswith("worse  │")
+    assert files == "files: test_walk/test_prepared_walk.json"
+
+
 CHECKS = {
     check.__name__: check
     for check in (
@@ -81,6 +125,12 @@ CHECKS = {
         import_a_file,
         compare_posture_optimisation,
         fight_without_physics,
+        validate_own_clip,
+        compare_arms,
+        replay_on_a_robot,
+        analyse_two_people,
+        stage_a_fight,
+        regression_test,
         own_controller,
         growing_reference,
     )

@@ -3,7 +3,7 @@
 import os
 import sys
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import tyro
 
@@ -78,14 +78,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     output.arguments = tuple(arguments)
     _keep_gl_out_of_import()
     try:
-        command = tyro.cli(
-            Command,  # type: ignore[arg-type]
-            prog="simprep",
-            description=DESCRIPTION,
-            args=_with_present_names(arguments) or ["--help"],
-            config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
-        )
-        command.run()
+        parse(arguments).run()
     except SystemExit as stop:  # tyro: --help is 0, a wrong argument 2
         return stop.code if isinstance(stop.code, int) else USAGE
     except SimprepError as error:
@@ -98,6 +91,21 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
     return OK
+
+
+def parse(arguments: list[str]) -> Any:
+    """The command that arguments ask for, not yet run.
+
+    Raises:
+        SystemExit: after the help text (0), or a wrong argument (2).
+    """
+    return tyro.cli(
+        Command,  # type: ignore[arg-type]
+        prog="simprep",
+        description=DESCRIPTION,
+        args=_with_present_names(arguments) or ["--help"],
+        config=(tyro.conf.OmitSubcommandPrefixes, tyro.conf.FlagCreatePairsOff),
+    )
 
 
 def _with_present_names(arguments: list[str]) -> list[str]:

@@ -50,7 +50,7 @@ class PreparationSettings:
             degrees on average and at most 28. Without effect where `support_smoothing` is 0.
         change_smoothing: standard deviation of the Gaussian in time over the posture change [s], as the optimum has kinks
             from frame to frame; 0 for the paper's.
-        smooth_norm: the costs' norms are sqrt(|r|^2 + s^2) - s with this s [m], as their gradient does not exist at 0.
+        smooth_norm: the costs' norms are `sqrt(|r|^2 + s^2) - s` with this s [m], as their gradient does not exist at 0.
         foot_ease: longest time over which a foot correction fades in before touch-down and out after lift-off [s].
         step_clearance: least mid-swing clearance of a foot at full preparation that has to travel [m].
         leg_reach: share of the straight leg length that inverse kinematics may use before the pelvis is lowered.
