@@ -20,7 +20,7 @@ import numpy as np
 
 from posture_optimization.compared import OUTCOMES, STABILITY, by_target, compared, rows_of
 from posture_optimization.figures import plot_effects, plot_worse
-from posture_optimization.grid import ARMS, study_cases
+from posture_optimization.grid import ARMS, STATURES_M, study_cases
 from posture_optimization.report import answer, report_text
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
@@ -113,6 +113,9 @@ def main() -> int:
     parser.add_argument(
         "--preset", choices=MPC_PRESETS, default="live", help="of mpc; live leaves it least to compensate"
     )
+    parser.add_argument(
+        "--statures", nargs="+", type=float, choices=STATURES_M, default=list(STATURES_M), help="of the bodies [m]"
+    )
     parser.add_argument("--small", action="store_true", help="two targets only, to see that it works")
     parser.add_argument("--plan", action="store_true", help="say what it will take, and stop")
     parser.add_argument("--report", action="store_true", help="run nothing; report on what is recorded so far")
@@ -121,7 +124,7 @@ def main() -> int:
     parser.add_argument("--store", type=Path, default=Path("out/posture_optimization"), help="folder of the records")
     parser.add_argument("-o", "--out", type=Path, default=Path("results/posture_optimization"))
     options = parser.parse_args()
-    cases = study_cases(options.controllers, options.seeds, options.preset, options.small)
+    cases = study_cases(options.controllers, options.seeds, options.preset, options.small, options.statures)
     store = SweepStore(options.store)
     if options.scheduler:
         engine = partial(on_dask, address=options.scheduler)
