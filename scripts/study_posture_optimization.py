@@ -25,7 +25,7 @@ from posture_optimization.report import answer, report_text
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
 from simprep.physics.mpc import MPC_PRESETS
-from simprep.physics.tracker import CONTROLLERS
+from simprep.physics.named_controllers import CONTROLLERS
 from simprep.report.results import provenance, save_json
 from simprep.study.compare import WITH, WITHOUT
 from simprep.study.plan import BEFORE_PHYSICS

@@ -64,7 +64,7 @@ if TYPE_CHECKING:
     from simprep.physics.store import read_run as read_run
     from simprep.physics.store import save_run as save_run
     from simprep.physics.tracker import Tracker as Tracker
-    from simprep.physics.tracker import TrackerState as TrackerState
+    from simprep.physics.tracker_state import TrackerState as TrackerState
     from simprep.preparation.prepare import prepare as prepare
     from simprep.preparation.scenario import scenario as scenario
     from simprep.preparation.settings import PreparationSettings as PreparationSettings
@@ -99,7 +99,7 @@ _EXPORTS = {
     "SimprepError": "simprep.errors",
     "SimulationSettings": "simprep.physics.settings",
     "Tracker": "simprep.physics.tracker",
-    "TrackerState": "simprep.physics.tracker",
+    "TrackerState": "simprep.physics.tracker_state",
     "UnknownNameError": "simprep.errors",
     "analyse": "simprep.duel.analysis",
     "begin_fight": "simprep.duel.fight.modes",

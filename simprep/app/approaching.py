@@ -19,7 +19,8 @@ from simprep.errors import UnknownNameError
 from simprep.library import library_motion
 from simprep.motion.edit import cut
 from simprep.motion.motion import Motion
-from simprep.physics.tracker import ASK_S, TrackerState
+from simprep.physics.tracker import ASK_S
+from simprep.physics.tracker_state import TrackerState
 from simprep.preparation.scenario import ARMS
 from simprep.preparation.settings import DEFAULT_SETTINGS
 from simprep.preparation.transition import DEFAULT_WINDOW_S, launch

@@ -5,7 +5,7 @@ from typing import Protocol
 
 from simprep.character import Character
 from simprep.motion.motion import Motion
-from simprep.physics.tracker import TrackerState
+from simprep.physics.tracker_state import TrackerState
 
 Point = tuple[float, float]
 """(x, y) on the floor [m]."""

@@ -12,7 +12,7 @@ from simprep.duel.labels.labels import Label
 from simprep.duel.model.fight_model import FightModel
 from simprep.errors import SettingError
 from simprep.motion.motion import Motion
-from simprep.physics.tracker import TrackerState
+from simprep.physics.tracker_state import TrackerState
 
 AHEAD_S = 1.2
 """A piece is at least so long [s]."""

@@ -14,8 +14,7 @@
 from bisect import bisect_left
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import replace
 from time import perf_counter
 
 import mujoco
@@ -26,13 +25,13 @@ from simprep.character import Character
 from simprep.errors import SettingError, UnknownNameError
 from simprep.humanoid_model import humanoid
 from simprep.motion.motion import Motion
-from simprep.physics.balance import BalanceController
 from simprep.physics.bodies import SceneBody, scene_bodies
 from simprep.physics.contacts import BodyContact, ContactReader, merge_touches
-from simprep.physics.controller import Controller, ControllerFactory, ControlTask, PdController
+from simprep.physics.controller import Controller, ControllerFactory, ControlTask
 from simprep.physics.falls import divergence, fall
 from simprep.physics.mismatch import Mismatch, Observer
-from simprep.physics.mpc import MPC_PRESETS, MpcController, MpcSettings
+from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.named_controllers import controller_factory
 from simprep.physics.overlap import overlap_of_poses
 from simprep.physics.pushes import Push, PushApplier
 from simprep.physics.recorder import BodyRecorder
@@ -41,10 +40,9 @@ from simprep.physics.reference_line import PastReference, ReferenceLine
 from simprep.physics.run import DIVERGED, DONE, FELL, Assist, BodyRun, Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.speed_guard import SpeedGuard
+from simprep.physics.tracker_state import TrackerState
 from simprep.scene import build_scene
 
-CONTROLLERS = ("pd", "balance", "mpc")
-"""Controllers known by name."""
 ASK_S = 1.0
 """A function that gives motions is asked when less than this is left [s]."""
 AHEAD_S, LEAST_AHEAD_S, BEHIND_S = 5.0, 0.75, 1.0
@@ -53,42 +51,9 @@ STANDING_AHEAD_S = 2.0
 """How far ahead standing is worked out where nothing else is known [s]."""
 _ALIGNED = 48  # windows begin at multiples of so many steps, on which all slower rates fall
 
-Source = Callable[["TrackerState | None"], Motion | Sequence[Motion | None] | None]
+Source = Callable[[TrackerState | None], Motion | Sequence[Motion | None] | None]
 """What gives the next motions when they are needed, or None where there are none (yet). It is told the state, or None before
 the first step."""
-
-
-@dataclass(frozen=True)
-class TrackerState:
-    """Where the bodies are at one moment.
-
-    Attributes:
-        time: since the first step [s].
-        bodies_qpos: (nq,) pose of each body.
-        bodies_qvel: (nv,) of each.
-        reference_qpos: (nq,) where the reference has each now.
-        ahead_s: how much of each body's motion is left; 0 where it stands [s].
-        fallen: numbers of the bodies that are down.
-        end: `done`, `fell` or `diverged` where it does not go on, else empty.
-    """
-
-    time: float
-    bodies_qpos: tuple[FloatArray, ...]
-    bodies_qvel: tuple[FloatArray, ...]
-    reference_qpos: tuple[FloatArray, ...]
-    ahead_s: tuple[float, ...]
-    fallen: tuple[int, ...]
-    end: str
-
-    @property
-    def qpos(self) -> FloatArray:
-        """(nq,) of the first body."""
-        return self.bodies_qpos[0]
-
-    @property
-    def qvel(self) -> FloatArray:
-        """(nv,) of the first body."""
-        return self.bodies_qvel[0]
 
 
 class Tracker:
@@ -127,7 +92,7 @@ class Tracker:
             if preset not in MPC_PRESETS:
                 raise UnknownNameError("preset", preset, tuple(MPC_PRESETS))
             settings = replace(settings, mpc=MPC_PRESETS[preset])
-        self._factory = _factory(controller, settings.mpc)
+        self._factory = controller_factory(controller, settings.mpc)
         bodies = (characters,) if isinstance(characters, Character) else tuple(characters)
         self._settings, self._seed, self._stands, self._records = settings, seed, stands, records
         self._scene = replace(settings.scene, bodies=bodies)
@@ -421,19 +386,3 @@ def _targets(controller: Controller, step: int, data: mujoco.MjData, shape: tupl
             "one angle for each actuator of the scene"
         )
     return targets
-
-
-def _factory(controller: str | ControllerFactory, mpc: MpcSettings) -> ControllerFactory:
-    if controller == "pd":
-        return PdController
-    if controller == "balance":
-        return BalanceController
-    if controller == "mpc":
-        return partial(MpcController, settings=mpc)
-    if isinstance(controller, str):
-        raise UnknownNameError("controller", controller, CONTROLLERS)
-    if not callable(controller):
-        raise SettingError(
-            f"controller {controller!r}; valid: {', '.join(CONTROLLERS)}, or a class or function that takes a ControlTask"
-        )
-    return controller

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.motion import Motion
-from simprep.physics.tracker import CONTROLLERS
+from simprep.physics.named_controllers import CONTROLLERS
 from simprep.preparation.scenario import ALL_ARMS, ARMS, AlphaProfile
 from simprep.study.doses import StabilitySettings
 

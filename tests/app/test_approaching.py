@@ -9,7 +9,8 @@ from simprep.app.stage import KICK, stage, struck
 from simprep.controller.runtime.world import library_world
 from simprep.errors import UnknownNameError
 from simprep.motion.kinematics import forward_kinematics
-from simprep.physics.tracker import ASK_S, TrackerState
+from simprep.physics.tracker import ASK_S
+from simprep.physics.tracker_state import TrackerState
 
 
 @pytest.fixture(scope="module")

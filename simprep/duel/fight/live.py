@@ -32,7 +32,8 @@ from simprep.duel.stream.stream import DuelStream
 from simprep.motion.edit import sample
 from simprep.motion.motion import Motion
 from simprep.physics.run import Run
-from simprep.physics.tracker import Tracker, TrackerState
+from simprep.physics.tracker import Tracker
+from simprep.physics.tracker_state import TrackerState
 
 HISTORY_S = 0.25
 """Postures are optimised from so long before a new action on, so that they go on smoothly [s]."""

@@ -9,7 +9,7 @@ from simprep.character import Character
 from simprep.duel.fight.falls import Fall
 from simprep.duel.fight.getting_up import PRONE, held, lying, roll_over, way_up
 from simprep.motion.motion import Motion
-from simprep.physics.tracker import TrackerState
+from simprep.physics.tracker_state import TrackerState
 
 FALLING_S, REST_S, STANDING_S = 1.0, 0.8, 0.6
 """How long the controller may fight a fall; how long a body then keeps its pose, to come to rest; and how long it has to

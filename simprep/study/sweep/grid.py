@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from simprep.errors import SettingError, UnknownNameError
 from simprep.physics.mpc import MPC_PRESETS
-from simprep.physics.tracker import CONTROLLERS
+from simprep.physics.named_controllers import CONTROLLERS
 from simprep.preparation.scenario import ARMS, AlphaProfile
 from simprep.study.plan import BEFORE_PHYSICS, DETERMINISTIC, QUICK_PROFILE
 from simprep.study.sweep.cases import NOMINAL, Body, Clip, Disturbance, SweepCase

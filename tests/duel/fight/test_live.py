@@ -33,7 +33,8 @@ from simprep.motion.turns import turned
 from simprep.physics.contacts import BodyContact
 from simprep.physics.mpc import MpcSettings
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.tracker import Tracker, TrackerState
+from simprep.physics.tracker import Tracker
+from simprep.physics.tracker_state import TrackerState
 
 QUIET = LiveSettings(reach_m=0.0, react_s=0.0)
 NEVER = FloorMove(np.zeros(2), 0.0, np.zeros(2))
