@@ -15,6 +15,7 @@ from simprep.character import SIDES, Character
 from simprep.scene import SceneSettings, scene_spec
 
 NEIGHBOURS = 2
+"""Segments at most so many joints apart may overlap: their shapes do at every bent joint."""
 _SELF_BIT = 2**20
 ALLOWED_M = 0.002
 """Overlap that is left alone [m]."""
@@ -106,7 +107,7 @@ def arms_apart(
         for frame in np.flatnonzero(depth > ALLOWED_M):
             change[frame] = _apart(scene, data, out[frame], arms, character) - out[frame, 7:][arms]
         smooth = gaussian_filter1d(change, SMOOTHING_S * fps, axis=0, mode="wrap" if cyclic else "nearest")
-        # smoothing lowers a peak; up to half of what it loses is given back, the next pass does the rest
+        # smoothing lowers a peak: what it loses is given back, up to twice what is left; the next pass does the rest
         lost = np.abs(change).max(axis=0) / np.maximum(np.abs(smooth).max(axis=0), _TINY)
         angles = out[:, 7:][:, arms] + lost.clip(1.0, 2.0) * smooth
         out[:, 7 + np.flatnonzero(arms)] = np.clip(angles, low[arms], high[arms])
