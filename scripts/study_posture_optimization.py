@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from posture_optimization.compared import OUTCOMES, STABILITY, by_target, compared, rows_of
+from posture_optimization.compared import MIN_CLUSTERS, OUTCOMES, STABILITY, by_target, compared, rows_of
 from posture_optimization.figures import plot_effects, plot_worse
 from posture_optimization.grid import ARMS, STATURES_M, study_cases
 from posture_optimization.report import answer, report_text
@@ -73,8 +73,10 @@ def write_report(
     parts = {"whole": compared(rows), "strata": compared(rows, strata=True)}
     parts |= {arm: compared(rows, arm) for arm in ARMS if arm not in (WITH, WITHOUT)}
     figures = [plot_effects(parts["whole"], out / "effects.png")]
+    # a bar of one pair would look as sure as one of 192
     names = {outcome.name for outcome in STABILITY}
-    figures.append(plot_worse([one for one in parts["whole"] if one.outcome.name in names], out / "worse.png"))
+    enough = [one for one in parts["whole"] if one.outcome.name in names and one.effect.clusters >= MIN_CLUSTERS]
+    figures.append(plot_worse(enough, out / "worse.png"))
     content: dict[str, Any] = {
         "schema": "simprep.posture_optimization/1", **about, "n_cases": len(records), "n_planned": planned, "n_simulated": simulated, "ends": dict(ends),
         "processors": dict(Counter(record["cost"]["processor"] for record in records)),
