@@ -30,6 +30,7 @@ class Rollouts:
         self._qpos = self._batch.bind("qpos")
         self._qvel = self._batch.bind("qvel")
         self._time = self._batch.bind("time")
+        self._record: Record = {}  # filled anew by every run, as fresh arrays of this size cost page faults
         self.simulation_s = 0.0
 
     def run(
@@ -53,11 +54,12 @@ class Rollouts:
         self._time[:] = data.time
         warned = self._batch.warning[:, :, 1].sum(axis=1)
         begin = perf_counter()
-        record = self._batch.rollout(
+        self._record = record = self._batch.rollout(
             self._steps,
             control=control,
             control_spec=mujoco.mjtState.mjSTATE_CTRL,
             record=("qpos", "qvel", "xpos", "subtree_com"),
+            out=self._record,
         )
         self.simulation_s += perf_counter() - begin
         # MuJoCo resets a diverged state, so finite numbers alone prove nothing
