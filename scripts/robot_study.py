@@ -8,14 +8,13 @@ yardsticks are half of their processor time, as if two cores had shared it. Writ
 
 import argparse
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from measuring.runs import measured_run
+from measuring.runs import measured_run, rows_of
 from measuring.save import save_study
 from measuring.yardstick import Yardstick
 from simprep.characters import character_of_name
@@ -81,13 +80,9 @@ def main() -> int:
     except SimprepError as error:
         print(error, file=sys.stderr)
         return 2
-    yardstick_s = Yardstick().seconds()
+    yardstick_s = Yardstick().processor_seconds()
     jobs: list[Job] = [(motion, seed, options.preset) for motion in motions for seed in range(options.seeds)]
-    rows = []
-    with ProcessPoolExecutor(options.processes) as pool:
-        for number, row in enumerate(pool.map(measured, jobs), 1):
-            rows.append(row)
-            print(f"{number}/{len(jobs)} {row['motion']} seed {row['seed']}: {row['end']}", flush=True)
+    rows = rows_of(measured, jobs, options.processes)
     content = {"schema": "simprep.robot_study/1", **provenance(tuple(sys.argv)), "robot": robot.name, "runs": rows}
     text = markdown(rows, yardstick_s)
     save_study(options.out, "robot", content | {"yardstick_s": yardstick_s}, text)

@@ -11,7 +11,6 @@ time, as if two cores had shared it. Writes OUT/robustness.json and OUT/robustne
 import argparse
 import sys
 from collections.abc import Iterator
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from measuring.clips import motions
-from measuring.runs import measured_run
+from measuring.runs import measured_run, rows_of
 from measuring.save import save_study
 from measuring.yardstick import Yardstick
 from simprep.errors import SimprepError
@@ -118,17 +117,10 @@ def main() -> int:
         for name, motion in chosen.items()
         for seed in range(options.seeds)
     ]
-    yardstick_s = Yardstick().seconds()
-    rows = []
-    with ProcessPoolExecutor(options.processes) as pool:
-        for number, row in enumerate(pool.map(measured, jobs), 1):
-            rows.append(row)
-            print(
-                f"{number}/{len(jobs)} {row['condition']}, {row['motion']}, seed {row['seed']}: "
-                f"{'done' if row['done'] else row['end_reason']}",
-                file=sys.stderr,
-                flush=True,
-            )
+    yardstick_s = Yardstick().processor_seconds()
+    rows = rows_of(
+        measured, jobs, options.processes, lambda row: f"{row['condition']}, {row['motion']}, seed {row['seed']}"
+    )
     table = list(summary(rows, yardstick_s))
     content = {
         "schema": "simprep.robustness_study/1",

@@ -4,12 +4,14 @@ Example: python scripts/tracking_study.py --clips FOLDER --motions walk jump --s
 
 The built-in motions (loops for 3 s, the walk for 20 s); with --clips also every motion file in that folder and below
 (cyclic ones for 6 s; what is longer than 20 s is cut there). A run counts as tracked if it is completed and the pelvis is
-never 0.5 m from where it should be on the floor. Costs are multiples of the yardstick (`scripts/bench.py`). Writes
-OUT/tracking.json and OUT/tracking.md. Run it alone, since it times.
+never 0.5 m from where it should be on the floor. Runs are shared among processes with one thread each; yardsticks
+(`scripts/bench.py`) are half of their processor time, as if two cores had shared it. Writes OUT/tracking.json and
+OUT/tracking.md.
 """
 
 import argparse
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +20,7 @@ from rich.console import Console
 from rich.table import Table
 
 from measuring.clips import motions
-from measuring.runs import measured_run
+from measuring.runs import measured_run, rows_of, yardsticks
 from measuring.save import save_study
 from measuring.yardstick import Yardstick
 from simprep.errors import SimprepError
@@ -32,9 +34,13 @@ KEYS = ("mpjpe_mm", "g_mpjpe_mm", "farthest_m", "foot_slip_ratio", "penetration_
 DIGITS = (1, 0, 2, 1, 1, 2)
 
 
-def measured(motion: Motion, preset: str, seed: int, yardstick_s: float) -> dict[str, Any]:
-    run, row = measured_run(motion, seed, SimulationSettings(mpc=MPC_PRESETS[preset]))
-    return {**row, "yardsticks": run.wall_s / run.end_s / yardstick_s if run.end_s > 0 else None}
+Job = tuple[str, Motion, str, int]
+
+
+def measured(job: Job) -> dict[str, Any]:
+    name, motion, preset, seed = job
+    _, row = measured_run(motion, seed, SimulationSettings(mpc=replace(MPC_PRESETS[preset], threads=1)))
+    return {**row, "motion": name}
 
 
 def markdown(summaries: list[dict[str, Any]], rows: list[dict[str, Any]], preset: str) -> str:
@@ -67,23 +73,24 @@ def main() -> int:
     parser.add_argument("--motions", nargs="*", default=list(library_names()), help="built-in motions; default all")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--preset", choices=MPC_PRESETS, default="default")
+    parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("-o", "--out", type=Path, default=Path("results/tracking"))
     options = parser.parse_args()
     table = Table("motion", "s", "tracked", *KEYS)
-    rows, summaries = [], []
+    summaries = []
     try:
         chosen = motions(options.motions, options.clips)
     except SimprepError as error:
         print(error, file=sys.stderr)
         return 2
-    yardstick_s = Yardstick().seconds()
+    yardstick_s = Yardstick().processor_seconds()
+    jobs: list[Job] = [
+        (name, motion, options.preset, seed) for name, motion in chosen.items() for seed in range(options.seeds)
+    ]
+    rows = rows_of(measured, jobs, options.processes)
+    rows = [{**row, "yardsticks": yardsticks(row, yardstick_s)} for row in rows]
     for name, motion in chosen.items():
-        results = []
-        for seed in range(options.seeds):
-            result = measured(motion, options.preset, seed, yardstick_s)
-            results.append(result)
-            rows.append({**result, "motion": name})
-            print(name, seed, result["end"], *(f"{key}={result[key]}" for key in KEYS), file=sys.stderr, flush=True)
+        results = [row for row in rows if row["motion"] == name]
         numbers = {key: [float(r[key]) for r in results if r[key] is not None] for key in KEYS}
         median = {key: float(np.median(values)) if values else None for key, values in numbers.items()}
         worst = {key: max(values) if values else None for key, values in numbers.items()}

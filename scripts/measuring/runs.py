@@ -1,7 +1,10 @@
 """One simulated run of a study, and what every study of tracking says of it."""
 
+import sys
+from collections.abc import Callable, Sequence
+from concurrent.futures import ProcessPoolExecutor
 from time import process_time
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -11,6 +14,36 @@ from simprep.motion.motion import Motion
 from simprep.physics.run import DONE, Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
+
+Job = TypeVar("Job")
+
+
+def rows_of(
+    measured: Callable[[Job], dict[str, Any]],
+    jobs: Sequence[Job],
+    processes: int,
+    words: Callable[[dict[str, Any]], str] = lambda row: f"{row['motion']}, seed {row['seed']}",
+) -> list[dict[str, Any]]:
+    """One row for each job, made in several processes, in the order of the jobs; each is said on stderr.
+
+    Args:
+        measured: makes the row of a job; a function of a module.
+        jobs: what to measure.
+        processes: how many at a time.
+        words: what a row is about.
+    """
+    rows = []
+    with ProcessPoolExecutor(processes) as pool:
+        for number, row in enumerate(pool.map(measured, jobs), 1):
+            rows.append(row)
+            end = "done" if row["done"] else row["end_reason"]
+            print(f"{number}/{len(jobs)} {words(row)}: {end}", file=sys.stderr, flush=True)
+    return rows
+
+
+def yardsticks(row: dict[str, Any], yardstick_s: float) -> float | None:
+    """Cost of a second of motion in yardsticks, as if two cores had shared the run's processor time."""
+    return None if row["cpu_s_per_s"] is None else row["cpu_s_per_s"] / 2 / yardstick_s
 
 
 def measured_run(motion: Motion, seed: int, settings: SimulationSettings) -> tuple[Run, dict[str, Any]]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 
 import mujoco
 import numpy as np
@@ -14,13 +14,13 @@ YARDSTICK_ROLLOUT = 60
 """Steps from standing until the batch begins again [1]: half a second, the planner's look-ahead."""
 
 
-def best_rate(work: Callable[[], float], repeats: int = 3) -> float:
-    """Largest of a few rates: work returns how much it did [1]; the rate is per second."""
+def best_rate(work: Callable[[], float], repeats: int = 3, clock: Callable[[], float] = perf_counter) -> float:
+    """Largest of a few rates: work returns how much it did [1]; the rate is per second of the clock."""
     rates = []
     for _ in range(repeats):
-        begin = perf_counter()
+        begin = clock()
         amount = work()
-        rates.append(amount / (perf_counter() - begin))
+        rates.append(amount / (clock() - begin))
     return max(rates)
 
 
@@ -44,12 +44,15 @@ class Yardstick:
 
     def seconds(self) -> float:
         """How long YARDSTICK_STEPS steps take [s]."""
+        return 1.0 / best_rate(self._steps)
+
+    def processor_seconds(self) -> float:
+        """The same by processor time, as if both threads were always at work [s]; other work beside it counts for less."""
+        return 1.0 / best_rate(self._steps, clock=process_time) / YARDSTICK_THREADS
+
+    def _steps(self) -> float:
         per_rollout = YARDSTICK_BATCH * YARDSTICK_ROLLOUT
         rollouts = -(-YARDSTICK_STEPS // per_rollout)
-
-        def work() -> float:
-            for _ in range(rollouts):
-                self.rollout()
-            return rollouts * per_rollout / YARDSTICK_STEPS
-
-        return 1.0 / best_rate(work)
+        for _ in range(rollouts):
+            self.rollout()
+        return rollouts * per_rollout / YARDSTICK_STEPS
