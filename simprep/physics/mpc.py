@@ -133,7 +133,15 @@ class MpcSettings:
 MPC_PRESETS = {
     "live": MpcSettings(replan=1 / 20, samples=22, refined=8, first_rounds=8, harder=((0.6, 33, 12), (2.0, 60, 20))),
     "default": MpcSettings(),
-    "bake": MpcSettings(horizon=0.5, samples=140, refined=30, iterations=3, harder=((0.5, 300, 60),)),
+    "bake": MpcSettings(
+        horizon=0.5,
+        knot_spacing=0.05,
+        samples=60,
+        refined=28,
+        iterations=6,
+        harder=((0.5, 120, 40),),
+        weights=CostWeights(relative=500.0),
+    ),
 }
 """How much to compute: least for what must keep up with the clock, most for what is made once (docs/tracking.md)."""
 
