@@ -8,7 +8,7 @@ import numpy as np
 
 from simprep.app.aiming import IMPACT, aim, task_at, turn_to_strike
 from simprep.app.director import Caption, Place, Point
-from simprep.app.stage import TARGETS, Stage
+from simprep.app.stage import Stage, targets
 from simprep.arrays import FloatArray
 from simprep.controller.policy import Policy
 from simprep.controller.runtime.approach import performer_from
@@ -35,7 +35,7 @@ KEPT_S = 70.0
 @lru_cache(maxsize=2)
 def page_world(policy: Policy | None = None) -> World:
     """Motions, graph and policy of the page, made once."""
-    return library_world(TARGETS, policy=policy)
+    return library_world(targets(), policy=policy)
 
 
 def world_of(arm: str, world: World) -> World:

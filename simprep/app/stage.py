@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from simprep.controller.runtime.task import Task
 from simprep.errors import UnknownNameError
 from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
+from simprep.library.crawl import CrawlStyle, crawl
 from simprep.motion.edit import move
 from simprep.motion.motion import Motion
 from simprep.preparation.reference_posture import reference_posture
@@ -25,6 +27,17 @@ KICK, JUMP = "kick_front", "jump_over_low"
 LAUNCHES = {"punch": "punch_right", "kick": KICK, "duck": "duck", "jump": JUMP, "crawl": "crawl"}
 """What can be launched, by the word on its button: a target motion of the library."""
 TARGETS = (*dict.fromkeys(LAUNCHES.values()), "punch_left")
+DUCKED_WALK = CrawlStyle(
+    step_length=0.22, step_time=0.52, swing_time=0.36, com_height=0.80, pitch_deg=28.0, lumbar_deg=24.0,
+    thorax_deg=22.0, neck_deg=30.0, down_s=0.6, up_s=0.7,
+)  # fmt: skip
+"""Walks on while ducked. The library's `duck` stays on the spot: whoever does it before a bar meets the bar on rising."""
+DUCK_UNDER = "duck_under"
+BARS = {DUCK_UNDER: (0.90, 1.45), JUMP: (0.50, 0.17), "crawl": (0.85, 1.13)}
+"""Of the course, by the target that passes it: how far ahead of the root at the launch, and how high its lower edge [m].
+
+Measured in the motions: ducked, nothing is higher than 1.30 m from 0.6 to 1.2 m ahead; in a crawl, 1.01 m from 0.7 to
+0.9 m; in the jump, nothing is lower than 0.23 m from 0.3 to 0.7 m."""
 STRIKE_M = 0.6
 """An opponent stands so far behind the place where a punch is launched [m]."""
 GUARD = "guard_left_lead"
@@ -102,14 +115,19 @@ def _opponents() -> Stage:
 
 def _course() -> Stage:
     """A bar to duck under, a low one to jump over, and one to crawl under; the bars fall when they are hit."""
-    things = []
-    bars = {"duck": (1.8, 1.52), JUMP: (3.2, 0.17), "crawl": (6.2, 1.1)}
-    for name, (x, high) in bars.items():
+    things, tasks = [], []
+    for (name, (ahead, high)), x in zip(BARS.items(), (1.9, 4.4, 7.0)):
         for side, sign in (("left", 1), ("right", -1)):
             things.append(Obstacle(f"{name}_{side}", (x, 0.62 * sign, high / 2), (0.04, 0.04, high / 2)))
         things.append(Obstacle(f"{name}_bar", (x, 0.0, high + 0.03), (0.03, 0.68, 0.03), mass=0.8))
-    tasks = tuple(task_at((x - ahead, 0.0), name) for (name, (x, _)), ahead in zip(bars.items(), (0.5, 0.45, 0.6)))
-    return Stage("course", "duck", tuple(things), tasks=tasks)
+        tasks.append(task_at((x - ahead + STOPS_M, 0.0), name))
+    return Stage("course", DUCK_UNDER, tuple(things), tasks=tuple(tasks))
+
+
+@lru_cache(maxsize=1)
+def targets() -> tuple[str | Motion, ...]:
+    """What can be launched in a scene: motions of the library, and the ducked walk of the course."""
+    return (*TARGETS, crawl(DUCKED_WALK, DUCK_UNDER))
 
 
 STAGES: dict[str, Callable[[], Stage]] = {"ball": _ball, "opponents": _opponents, "course": _course, "empty": _empty}

@@ -13,6 +13,7 @@ from simprep.controller.settings import ControllerSettings
 from simprep.errors import UnknownNameError
 from simprep.library import library_motion
 from simprep.library.registry import library_entries
+from simprep.motion.motion import Motion
 from simprep.preparation.reference_posture import TARGET_EVENT
 
 
@@ -32,23 +33,28 @@ def library_graph(settings: GraphSettings | None = None, controller: ControllerS
 
 
 def library_world(
-    targets: Iterable[str], settings: RuntimeSettings | None = None, policy: Policy | None = None, prepare: bool = True
+    targets: Iterable[str | Motion],
+    settings: RuntimeSettings | None = None,
+    policy: Policy | None = None,
+    prepare: bool = True,
 ) -> World:
     """A world of built-in motions.
 
     Args:
-        targets: names of the target motions that it needs; UnknownNameError for others than `target_names`.
+        targets: names of the target motions that it needs, UnknownNameError for others than `target_names`; or motions of your
+            own, which go by their own names.
         settings: of the synthesis.
         policy: None for the best policy of the quantised model (value iteration).
         prepare: False for the plain motion graph.
     """
-    names = tuple(dict.fromkeys(targets))
-    for name in names:
-        if name not in target_names():
-            raise UnknownNameError("target", name, target_names())
+    motions = {}
+    for one in targets:
+        if isinstance(one, str) and one not in target_names():
+            raise UnknownNameError("target", one, target_names())
+        motion = library_motion(one) if isinstance(one, str) else one
+        motions[motion.name] = motion
     policy = policy or best_policy()
     cores = core_motions(policy.settings)
-    motions = {name: library_motion(name) for name in names}
     graph = build_graph(cores, motions.values())
     nodes = CoreNodes({core.name: core for core in cores}, graph)
     return World(nodes, motions, graph, policy, policy.action_frames, settings or RuntimeSettings(), prepare)
