@@ -1,4 +1,4 @@
-"""What the simulated bodies are to do next, asked piece by piece: the one place where the page's modes differ."""
+"""What the simulated bodies are to do next, asked piece by piece. A duel has its own way (`dueling`): it is chosen by what happens."""
 
 from dataclasses import dataclass
 from typing import Protocol

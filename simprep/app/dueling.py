@@ -1,24 +1,32 @@
-"""Duel: the reference of two fighters from the fight model, drawn as far ahead as it is needed."""
+"""Duel: two fighters whose next actions are chosen by where the simulated bodies are, as `simprep fight` does it."""
 
-from dataclasses import replace
+from collections import deque
 from functools import lru_cache
+
+import numpy as np
 
 from simprep.app.director import Caption, Point
 from simprep.character import Character
+from simprep.duel.fight.choice import Choice, Chooser, Situation
 from simprep.duel.fight.default_model import fight_model
 from simprep.duel.fight.drawing import DrawingChooser
+from simprep.duel.fight.live import LiveFight
+from simprep.duel.fight.masks import LabelMasks, narrowed
 from simprep.duel.fight.modes import FightInMode, begin_fight
+from simprep.duel.fight.passive import RecordedChooser
+from simprep.duel.fight.requests import Request
 from simprep.duel.labels.labels import Label
 from simprep.duel.model.fight_model import FightModel
+from simprep.duel.model.structures import PLAYERS
 from simprep.errors import SettingError
-from simprep.motion.motion import Motion
-from simprep.physics.tracker_state import TrackerState
+from simprep.physics.tracker import Tracker
 
-AHEAD_S = 1.2
-"""A piece is at least so long [s]."""
 LONGEST_S = 600.0
-"""After so long the fighters stand still; memory grows by about 40 kB each second of a fight until then."""
-SHOWN = 4
+"""After so long a fight begins anew; memory grows by about 40 kB each second of it until then."""
+SHOWN, REMEMBERED = 4, 80
+"""How many probabilities of a choice are shown, and of how many choices they are remembered."""
+STRIDE_M, NEAR_M = 0.5, 0.25
+"""The avatar is asked to go so far at a time, and has arrived when it is so near [m]."""
 
 
 @lru_cache(maxsize=1)
@@ -27,77 +35,114 @@ def page_model() -> FightModel:
     return fight_model()
 
 
+class _Noting:
+    """A chooser that remembers what it knew at each choice; it chooses as the one inside does."""
+
+    def __init__(self, inside: Chooser, notes: deque[Situation]) -> None:
+        self._inside, self._notes = inside, notes
+
+    def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
+        self._notes.append(situation)
+        return self._inside.choose(situation, rng)
+
+
 class Dueling:
-    """A `Director` of two fighters; fighter A is the avatar in interactive mode.
+    """A fight with feedback (`simprep.duel.fight.live.LiveFight`); fighter A is the avatar in interactive mode.
 
     Args:
         mode: `automatic`, `interactive` or `passive`.
         seed: of the fight.
         model: None: the built-in one.
+        optimise: whether postures are optimised while they are drawn.
+
+    Attributes:
+        characters: the two bodies.
+        live: the fight, once it has begun.
     """
 
-    def __init__(self, mode: str, seed: int = 0, model: FightModel | None = None) -> None:
+    def __init__(self, mode: str, seed: int = 0, model: FightModel | None = None, optimise: bool = False) -> None:
         self.fight: FightInMode = begin_fight(model or page_model(), mode, seed)
-        self.mode = mode
+        self.mode, self._seed, self._optimise = mode, seed, optimise
         bodies = self.fight.bout.examples.bodies
         self.characters: tuple[Character, ...] = (bodies[0], bodies[1])
-        self._given = 0  # frames
-        self._shown = {one: DrawingChooser(self.fight.model.model.players[one]) for one in (0, 1)}
-        self._chances: tuple[tuple[float, tuple[tuple[str, float], ...]], ...] = ()
+        self.live: LiveFight | None = None
+        self._notes: deque[Situation] = deque(maxlen=REMEMBERED)
+        self._told = [DrawingChooser(one) for one in self.fight.model.model.players]
+        self._found: tuple[Situation | None, tuple[tuple[str, float], ...]] = (None, ())
         self._goal: Point | None = None
+        self._stride: Request | None = None
 
     def request(self, action: str = "", goal: Point | None = None) -> None:
-        """Ask the avatar for an attack (`simprep.duel.model.structures.REQUESTS`) or to go to a place.
+        """Ask the avatar for an attack (`simprep.duel.model.structures.REQUESTS`), or to go to a place and stay about there.
 
         Raises:
             SettingError: nobody is an avatar in this mode, or it has no such attack.
             UnknownNameError: no such attack.
         """
-        if self.fight.avatar is None:
+        avatar = self.fight.avatar
+        if avatar is None:
             raise SettingError(f"nobody can be asked in {self.mode} mode; valid: scene duel interactive")
-        self.fight.avatar.request(action, goal, time=self.fight.bout.time)
-        self._goal = goal or self._goal
+        if action:
+            avatar.request(action, time=0.0 if self.live is None else self.live.time)
+        if goal is not None:
+            self._goal, self._stride = goal, None
 
-    def begin(self) -> tuple[Motion, ...]:
-        """The first piece of both (see `Director.begin`)."""
-        return self._pieces()
+    def begin(self, tracker: Tracker) -> None:
+        """Give the bodies what they follow first."""
+        self.live = LiveFight(self.fight, self._seed, tracker, optimise=self._optimise)
+        bout = self.fight.bout
+        pair = [one if isinstance(one, RecordedChooser) else _Noting(one, self._notes) for one in bout.choosers]
+        bout.choosers = (pair[0], pair[1])
+        self.live.run(1 / bout.fps)  # its first frame takes no time
 
-    def more(self, state: TrackerState) -> tuple[Motion | None, ...] | None:
-        """The next piece of both (see `Director.more`)."""
-        return None if state.time > LONGEST_S else self._pieces()
+    def advance(self, until_s: float) -> None:
+        """Simulate on until a time [s], and choose what is to be done meanwhile."""
+        assert self.live is not None
+        self._steer()
+        self.live.run(until_s + 1 / self.fight.bout.fps)
 
     def caption(self, time: float) -> Caption:
         """Labels and chances (see `Director.caption`)."""
         bout = self.fight.bout
         frame = round(time * bout.fps)
         doing = []
-        for player in (0, 1):
+        for player in PLAYERS:
             action = bout.during(player, frame)
             request = f" (asked for: {action.request})" if action.request else ""
-            doing.append(f"{'AB'[player]}: {Label.from_code(action.label)}{request}")
-        chances = next((found for start, found in reversed(self._chances) if start <= time), ())
-        return Caption(doing=tuple(doing), chances=chances, goal=self._goal)
+            words = action.note or str(Label.from_code(action.label))
+            falls = () if self.live is None else self.live.falls
+            if any(one.player == player and one.time_s <= time < (one.up_s or np.inf) for one in falls):
+                words = "down; gets up if it can"
+            doing.append(f"{'AB'[player]}: {words}{request}")
+        return Caption(doing=tuple(doing), chances=self._chances(time), goal=self._goal)
 
-    def _pieces(self) -> tuple[Motion, ...]:
-        bout = self.fight.bout
-        first, until = max(self._given - 1, 0), self._given + round(AHEAD_S * bout.fps)
-        self.fight.run(until / bout.fps)
-        until = bout.frame
-        self._note()
-        stream = self.fight.bout.fight(until).stream
-        self._given = until
-        return tuple(
-            replace(motion, qpos=motion.qpos[first:until], contacts=motion.contacts[first:until], name="fight")
-            for motion in stream.players
-        )
+    def _chances(self, time: float) -> tuple[tuple[str, float], ...]:
+        """What the present choice was made among, the likeliest first."""
+        note = next((one for one in reversed(self._notes) if one.time <= time), None)
+        if note is None:
+            return ()
+        if note is not self._found[0]:
+            masks = LabelMasks.of(self._told[note.player].model)
+            allowed = np.ones(len(masks.codes), dtype=bool)
+            if self.mode == "passive":  # as `ReactingChooser`
+                allowed = narrowed(allowed, ~masks.attacks, masks.neutral)
+            chances = self._told[note.player].label_probabilities(note, allowed)
+            best, name = chances.argsort()[::-1][:SHOWN], "AB"[note.player]
+            words = [f"{name}: {Label.from_code(int(masks.codes[one]))}" for one in best]
+            self._found = note, tuple(zip(words, chances[best].tolist()))
+        return self._found[1]
 
-    def _note(self) -> None:
-        """What the fighter that chooses next may do, with which probability."""
-        bout = self.fight.bout
-        player = bout.due
-        chooser = self._shown[player]
-        chances = chooser.label_probabilities(bout.situation(player))
-        codes = chooser.model.labels.candidates
-        best = chances.argsort()[::-1][:SHOWN]
-        found = tuple((f"{'AB'[player]}: {Label.from_code(int(codes[one]))}", float(chances[one])) for one in best)
-        self._chances = (*self._chances, (bout.time, found))[-60:]
+    def _steer(self) -> None:
+        """Ask the avatar for the next stride towards the goal, until it is there."""
+        avatar, live, goal = self.fight.avatar, self.live, self._goal
+        if avatar is None or live is None or goal is None:
+            return
+        if self._stride is not None and not any(one.request is self._stride for one in avatar.answers[-8:]):
+            return  # has not been answered yet
+        place = live.tracker.state.bodies_qpos[avatar.player][:2]
+        way = np.array(goal) - place
+        far = float(np.linalg.norm(way))
+        if far < NEAR_M:
+            return
+        stride = place + way * min(1.0, STRIDE_M / far)
+        self._stride = avatar.request("", (float(stride[0]), float(stride[1])), live.time)

@@ -21,8 +21,9 @@ import numpy as np
 from simprep.app.aiming import task_at
 from simprep.app.approaching import Approaching
 from simprep.app.director import Director, Point
-from simprep.app.dueling import Dueling
-from simprep.app.moments import FPS, FloorReader, History, HitReader, Moment
+from simprep.app.dueling import LONGEST_S, Dueling
+from simprep.app.moments import FPS, FloorReader, History, Moment
+from simprep.app.page_tracker import PageTracker
 from simprep.app.stage import BALL, LAUNCHES, STAGES, ball_on_post, ball_task, stage, struck
 from simprep.duel.fight.modes import MODES
 from simprep.errors import SettingError, UnknownNameError
@@ -32,7 +33,7 @@ from simprep.motion.store import save_motion
 from simprep.physics.controller import ControllerFactory
 from simprep.physics.pushes import Push
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.tracker import ASK_S, Tracker
+from simprep.physics.tracker import ASK_S
 from simprep.preparation.scenario import ARMS
 from simprep.scene import SceneSettings
 
@@ -81,7 +82,7 @@ class Session:
         UnknownNameError: no such scene, arm, preset or controller.
     """
 
-    def __init__(self, settings: SessionSettings | None = None, director: Callable[[], Director] | None = None) -> None:
+    def __init__(self, settings: SessionSettings | None = None, director: Callable[[], Director | Dueling] | None = None) -> None:
         self.settings = settings or SessionSettings()
         self._custom = director
         self.lock = threading.RLock()
@@ -131,26 +132,28 @@ class Session:
             self.stage = stage("empty" if self.is_duel else scene)
             if scene == "ball" and self._ball is not None:
                 self.stage = replace(self.stage, obstacles=ball_on_post(self._ball))
-            self.director: Director
+            self.director: Director | Dueling
             if self._custom is not None:
                 self.director = self._custom()
             elif self.is_duel:
-                self.director = Dueling(scene.removeprefix("duel "), s.seed)
+                self.director = Dueling(scene.removeprefix("duel "), s.seed, optimise=s.arm == "optimised")
             else:
                 self.director = Approaching(self.stage, s.arm)
             world = SceneSettings(obstacles=self.stage.obstacles)
-            self.tracker = Tracker(
-                self.director.characters, s.preset, s.seed, s.controller, SimulationSettings(scene=world), records=False
+            self.tracker = PageTracker(
+                self.director.characters, s.preset, s.seed, s.controller, SimulationSettings(scene=world)
             )
-            self.tracker.extend(*self.director.begin())
+            if isinstance(self.director, Dueling):
+                self.director.begin(self.tracker)
+            else:
+                self.tracker.extend(*self.director.begin())
             model, bodies = self.tracker.model, self.tracker.bodies
             self._floor = [FloorReader(model, body) for body in bodies]
-            self._hits = HitReader(model, bodies)
             self._things = np.array(
                 [int(model.jnt_qposadr[model.joint(one.name).id]) for one in self.stage.moving], dtype=int
             )
             self._push: tuple[float, float, tuple[float, float, float]] | None = None
-            self._time, self._steps_per_moment = 0.0, max(1, round(1 / FPS / self.tracker.timestep))
+            self._time, self._moments = 0.0, 0
             self.history.clear()
             self._clock.clear()
             self.version += 1
@@ -241,24 +244,36 @@ class Session:
                 if not self._steps_asked:
                     return False
                 self._steps_asked -= 1
-            tracker = self.tracker
+            tracker, director = self.tracker, self.director
             if tracker.end:
                 return False
-            state = tracker.state
-            if min(state.ahead_s) < ASK_S and not state.fallen:
-                more = self.director.more(state)
-                if more is not None:
-                    tracker.extend(*more)
-            for _ in range(self._steps_per_moment):
-                tracker.step()
-                self._hits.step(tracker.data)
-                if tracker.end:
-                    self.told = f"the simulation {tracker.end}; begin anew"
-                    break
+            self._moments += 1
+            if isinstance(director, Dueling):
+                director.advance(self._moments / FPS)
+            else:
+                self._follow(director)
+            if tracker.end:
+                self.told = f"the simulation {tracker.end}; begin anew"
             self._time = tracker.state.time
             self.history.add(self._moment())
             self._clock.append((time.perf_counter(), self._time))
+            if isinstance(director, Dueling) and self._time > LONGEST_S:
+                self.restart()
+                self.told = f"the fight began anew after {LONGEST_S:g} s"
             return True
+
+    def _follow(self, director: Director) -> None:
+        """Simulate on for a moment, and ask for more where a reference runs out."""
+        tracker = self.tracker
+        state = tracker.state
+        if min(state.ahead_s) < ASK_S and not state.fallen:
+            more = director.more(state)
+            if more is not None:
+                tracker.extend(*more)
+        per_moment = 1 / FPS / tracker.timestep
+        for _ in range(round(self._moments * per_moment) - round((self._moments - 1) * per_moment)):
+            if not tracker.end:
+                tracker.step()
 
     def save(self, name: str, body: int = 0, seconds: float | None = None) -> Path:
         """Write what a body did in the last minute, or the last seconds, as a motion into the session's folder.
@@ -313,7 +328,7 @@ class Session:
             caption=self.director.caption(state.time),
             hits=tuple(
                 (hit.parts, hit.impulse, (float(hit.position[0]), float(hit.position[1]), float(hit.position[2])))
-                for hit in self._hits.hits
+                for hit in self.tracker.hits.hits
                 if hit.last > state.time - 0.5
             ),
             push=push,

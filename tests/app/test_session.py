@@ -49,7 +49,7 @@ def test_what_is_remembered_stays_bounded(session):
     for _ in range(5 * FPS):
         history.add(session.newest)
     assert len(history) == FPS
-    assert session._hits.hits.maxlen
+    assert session.tracker.hits.hits.maxlen
 
 
 def test_a_push_is_shown_while_it_acts_and_moves_the_body(session):
