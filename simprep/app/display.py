@@ -49,6 +49,13 @@ class Display:
             self.model.geom_rgba[own, 3] = shade
             self.model.geom_matid[own] = -1
 
+    def grabbed(self, number: int) -> tuple[int, int] | None:
+        """Which body and segment a body of the model belongs to, by its number there; None for ghosts and things."""
+        for body in self._bodies[: self._count]:
+            if body.segments.start <= number < body.segments.stop:
+                return body.number, number - body.segments.start
+        return None
+
     def pose(self, moment: Moment) -> mujoco.MjData:
         """The data, with everything where it is at a moment."""
         data = self.data

@@ -75,7 +75,7 @@ class FloorDrawing:
         size = float(np.linalg.norm(moment.push))
         self._push.visible = self._push_text.visible = size > 0
         if size > 0:
-            tip = moment.bodies[0][:3]
+            tip = moment.bodies[moment.pushed][:3]
             begin = tip - _ARROW_M_PER_N * np.array(moment.push)
             self._push.points = np.array([[begin, tip]])
             self._push_text.position = begin

@@ -26,8 +26,10 @@ CHART_S, CHART_EVERY_S = 12.0, 0.25
 HOTKEYS = {"punch": "P", "kick": "K", "duck": "D", "jump": "J", "crawl": "C"}
 DUEL_HOTKEYS = {"left punch": "Q", "right punch": "E", "left kick": "Z", "right kick": "V"}
 CLICKS = ("goal with target", "goal only", "ball")
+DRAG_N_PER_M, HARDEST_DRAG_N = 400.0, 600.0
+"""How hard a drag pushes for 0.2 s: for each metre, and at most [N/m, N]."""
 ABOUT = (
-    "Click the floor to set a goal. Solid: the simulated body. Transparent blue: its reference, which is no simulation. "
+    "Click the floor to set a goal. Drag a body to push it (400 N a metre, for 0.2 s). Solid: the simulated body. Transparent blue: its reference, which is no simulation. "
     "On the floor: support polygon (green), COM (black), XcoM (orange), centre of pressure (pink). "
     "The chart's margin is clipped to ±0.3 m; in flight it is shown as -0.3."
 )
@@ -90,6 +92,9 @@ class Page:
         self._marks = FloorDrawing(self.client, len(characters))
         self._version, self._shown_time = version, -1.0
         self._show_ghost()
+        for group in self._scene._mesh_groups:  # mjviser passes no events on
+            if all(self._display.grabbed(int(one)) is not None for one in group.body_ids):
+                group.handle.on_drag("left")(partial(self._dragged, [int(one) for one in group.body_ids]))
         self.client.camera.position, self.client.camera.look_at = (2.6, -5.5, 2.2), (2.6, 0.0, 0.7)
 
     def _build_status(self) -> None:
@@ -165,6 +170,16 @@ class Page:
         else:
             self._do(lambda: self.session.set_goal(point, target))
 
+    def _dragged(self, bodies: list[int], event: Any) -> None:
+        """A body that is dragged is pushed that way when it is let go, the harder the farther."""
+        if event.phase != "end" or self._display is None:
+            return
+        way = np.array(event.end_position)[:2] - np.array(event.start_position)[:2]
+        force = min(DRAG_N_PER_M * float(np.linalg.norm(way)), HARDEST_DRAG_N)
+        grabbed = self._display.grabbed(bodies[(event.instance_index or 0) % len(bodies)])
+        if grabbed is not None and force > 1.0:
+            self._do(lambda: self.session.push(force, float(np.degrees(np.arctan2(way[1], way[0]))), 0.2, *grabbed))
+
     def _does(self, action: Callable[[], Any]) -> Callable[[Any], None]:
         return lambda _: self._do(action)
 
@@ -188,7 +203,7 @@ class Page:
             f"preset {session.settings.preset}, seed {session.settings.seed}; arm {session.settings.arm}",
             *(f"**{doing}**" for doing in caption.doing),
             *(f"{words}: {chance:.0%}" for words, chance in caption.chances),
-            "**FALLEN**: begin anew" if moment.fallen else "",
+            _fallen(moment, session.is_duel),
             f"outside force {np.linalg.norm(moment.push):.0f} N" if any(moment.push) else "outside force: none",
             f"_{session.told}_",
         ]
@@ -210,3 +225,11 @@ class Page:
         )
         for chart, values in zip(self._charts, series):
             chart.data = (times, values)
+
+
+def _fallen(moment: Moment, duel: bool) -> str:
+    if not moment.fallen:
+        return ""
+    if duel:  # the fight waits for who gets up
+        return f"**DOWN**: {', '.join('AB'[one] for one in moment.fallen)}"
+    return "**FALLEN**: begin anew" if 0 in moment.fallen else "**an opponent is down**"

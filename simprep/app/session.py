@@ -152,7 +152,7 @@ class Session:
             self._things = np.array(
                 [int(model.jnt_qposadr[model.joint(one.name).id]) for one in self.stage.moving], dtype=int
             )
-            self._push: tuple[float, float, tuple[float, float, float]] | None = None
+            self._push: tuple[float, float, tuple[float, float, float], int] | None = None
             self._time, self._moments = 0.0, 0
             self.history.clear()
             self._clock.clear()
@@ -213,8 +213,16 @@ class Session:
             self.settings = replace(self.settings, arm=arm)
             self.told = f"arm {arm}"
 
-    def push(self, force: float, angle_deg: float = 0.0, seconds: float = 0.2) -> None:
-        """Push the first body's pelvis sideways, an outside force. The angle is the world's: 0 along x, 90 along y."""
+    def push(self, force: float, angle_deg: float = 0.0, seconds: float = 0.2, body: int = 0, segment: int = 0) -> None:
+        """Push a body sideways, an outside force.
+
+        Args:
+            force: up to `HARDEST_N` [N].
+            angle_deg: direction in the world: 0 along x, 90 along y [deg].
+            seconds: how long.
+            body: number of who is pushed.
+            segment: where, a number in its segments; 0: the pelvis.
+        """
         if not (0 < force <= HARDEST_N and 0 < seconds <= LONGEST_PUSH_S and np.isfinite(angle_deg)):
             raise SettingError(
                 f"push of {force} N for {seconds} s; valid: up to {HARDEST_N:g} N and {LONGEST_PUSH_S:g} s"
@@ -222,11 +230,13 @@ class Session:
         with self.lock:
             angle = np.radians(angle_deg)
             vector = (float(force * np.cos(angle)), float(force * np.sin(angle)), 0.0)
-            body = self.tracker.bodies[0]
-            name = body.prefix + body.segment_names[0]
+            bodies = self.tracker.bodies
+            if not (0 <= body < len(bodies) and 0 <= segment < len(bodies[body].segment_names)):
+                raise SettingError(f"nothing to push: body {body}, segment {segment}")
+            name = bodies[body].prefix + bodies[body].segment_names[segment]
             self.tracker.push(Push(name, self._time, seconds, vector))
-            self._push = (self._time, self._time + seconds, vector)
-            self.told = f"push of {force:.0f} N, from outside"
+            self._push = (self._time, self._time + seconds, vector, body)
+            self.told = f"push of {force:.0f} N at {name}, from outside"
 
     def pause(self, paused: bool = True) -> None:
         """Wait, or go on."""
@@ -316,9 +326,9 @@ class Session:
 
     def _moment(self) -> Moment:
         state, data = self.tracker.state, self.tracker.data
-        push = (0.0, 0.0, 0.0)
+        push, pushed = (0.0, 0.0, 0.0), 0
         if self._push is not None and self._push[0] <= self._time <= self._push[1] + 1 / FPS:
-            push = self._push[2]
+            push, pushed = self._push[2:]
         return Moment(
             time=state.time,
             bodies=state.bodies_qpos,
@@ -332,6 +342,7 @@ class Session:
                 if hit.last > state.time - 0.5
             ),
             push=push,
+            pushed=pushed,
             fallen=state.fallen,
         )
 
