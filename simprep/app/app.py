@@ -51,6 +51,11 @@ class App:
                 page.update()
             self._stop.wait(max(1 / SHOWN_FPS - (time.perf_counter() - begin), 0.002))
 
+    @property
+    def frame_rates(self) -> tuple[float, ...]:
+        """Frames that each tab was sent lately [1/s]."""
+        return tuple(page.frame_rate for page in list(self._pages.values()))
+
     def stop(self) -> None:
         """End the simulation and the server."""
         self._stop.set()

@@ -26,6 +26,8 @@ CHART_S, CHART_EVERY_S = 12.0, 0.25
 HOTKEYS = {"punch": "P", "kick": "K", "duck": "D", "jump": "J", "crawl": "C"}
 DUEL_HOTKEYS = {"left punch": "Q", "right punch": "E", "left kick": "Z", "right kick": "V"}
 CLICKS = ("goal with target", "goal only", "ball")
+FOLLOW_M, BESIDE_M = 1.6, 0.9
+"""The camera comes along when who is watched is so far from where it began, and looks so far beside [m]."""
 DRAG_N_PER_M, HARDEST_DRAG_N = 400.0, 600.0
 """How hard a drag pushes for 0.2 s: for each metre, and at most [N/m, N]."""
 ABOUT = (
@@ -47,6 +49,7 @@ class Page:
         self.client, self.session = client, session
         self._version, self._shown_time, self._chart_at = -1, -1.0, 0.0
         self._frames: list[float] = []
+        self._focus = np.zeros(2)
         self._display: Display | None = None
         self._scene: ViserMujocoScene | None = None
         self._marks: FloorDrawing | None = None
@@ -74,6 +77,7 @@ class Page:
             with self.client.atomic():
                 self._scene.update_from_mjdata(self._display.pose(moment))
                 self._marks.show(moment, self._with_marks.value)
+            self._follow(moment)
         if now - self._chart_at > CHART_EVERY_S:
             self._chart_at = now
             self._write_status(moment)
@@ -95,7 +99,25 @@ class Page:
         for group in self._scene._mesh_groups:  # mjviser passes no events on
             if all(self._display.grabbed(int(one)) is not None for one in group.body_ids):
                 group.handle.on_drag("left")(partial(self._dragged, [int(one) for one in group.body_ids]))
-        self.client.camera.position, self.client.camera.look_at = (2.6, -5.5, 2.2), (2.6, 0.0, 0.7)
+        self._focus = np.zeros(2) if self.session.is_duel else np.array([1.3, 0.0])
+        x = float(self._focus[0]) + BESIDE_M  # the controls cover the right of the page
+        self.client.camera.position, self.client.camera.look_at = (x, -4.4, 1.9), (x, 0.0, 0.75)
+
+    @property
+    def frame_rate(self) -> float:
+        """Frames that were sent lately [1/s]."""
+        return len(self._frames) / 2.0
+
+    def _follow(self, moment: Moment) -> None:
+        """Bring the camera along where who is watched goes too far away."""
+        centre = np.mean([one[:2] for one in moment.bodies[: 2 if self.session.is_duel else 1]], axis=0)
+        if not self._with_camera.value or np.linalg.norm(centre - self._focus) < FOLLOW_M:
+            return
+        way = np.array([*(centre - self._focus), 0.0])
+        camera, self._focus = self.client.camera, centre
+        with self.client.atomic():
+            position, look_at = np.array(camera.position) + way, np.array(camera.look_at) + way
+            camera.position, camera.look_at = position, look_at
 
     def _build_status(self) -> None:
         gui = self.client.gui
@@ -146,6 +168,7 @@ class Page:
             gui.add_button("single step").on_click(self._does(session.single_step))
             self._with_ghost = gui.add_checkbox("reference as a ghost", True)
             self._with_ghost.on_update(lambda _: self._show_ghost())
+            self._with_camera = gui.add_checkbox("camera follows", True)
             self._with_marks = gui.add_checkbox("balance on the floor", True)
             name = gui.add_text("name", "motion")
             gui.add_button("save this as a motion").on_click(self._does(lambda: session.save(name.value)))
@@ -197,7 +220,7 @@ class Page:
             state = f"the simulation {session.tracker.end}"
         if not self._live.value:
             state += f", looking back at {moment.time:.2f} s"
-        shown = len(self._frames) / 2.0
+        shown = self.frame_rate
         lines = [
             f"{state}, {shown:.0f} frames/s shown; time {moment.time:.2f} s",
             f"preset {session.settings.preset}, seed {session.settings.seed}; arm {session.settings.arm}",
