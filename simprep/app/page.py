@@ -57,7 +57,7 @@ class Page:
         self._build_status()
         self._build_controls()
         self._build_time()
-        for scope in (HOTKEYS, DUEL_HOTKEYS):
+        for scope in (HOTKEYS, DUEL_HOTKEYS):  # J is a jump in both
             for name, key in scope.items():
                 command: Any = client.gui.add_command(name, hotkey=key)  # type: ignore[arg-type]
                 command.on_trigger(self._does(partial(session.launch, name)))
@@ -150,7 +150,7 @@ class Page:
             for name, key in HOTKEYS.items():
                 gui.add_button(f"{name} ({key})").on_click(self._does(partial(session.launch, name)))
         with gui.add_folder("Duel: the avatar", expand_by_default=False):
-            for name, key in DUEL_HOTKEYS.items():
+            for name, key in (*DUEL_HOTKEYS.items(), ("jump", HOTKEYS["jump"])):
                 gui.add_button(f"{name} ({key})").on_click(self._does(partial(session.launch, name)))
         with gui.add_folder("Push from outside", expand_by_default=False):
             force = gui.add_slider("force [N]", 20, 600, 10, 150)

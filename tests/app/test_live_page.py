@@ -2,6 +2,9 @@
 
 import contextlib
 import http.client
+import signal
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -82,3 +85,21 @@ def test_ghosts_stand_where_the_reference_is(session):
     assert data.xpos[root] == pytest.approx(moment.references[0][:3])
     assert data.xpos[1] == pytest.approx(moment.bodies[0][:3])
     assert (display.model.geom_rgba[display.model.geom_bodyid == root, 3] < 0.5).all()
+
+
+def test_ctrl_c_ends_it_cleanly(tmp_path):
+    command = [sys.executable, "-m", "simprep.cli.main", "app", "--scene", "empty", "--controller", "pd", "-o", str(tmp_path)]
+    with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
+        assert process.stderr is not None
+        try:
+            told = next(line for line in process.stderr if "Ctrl-C ends it" in line)
+            process.send_signal(signal.SIGINT)
+            rest = process.stderr.read()
+            assert process.wait(60) == 0
+        finally:
+            process.kill()
+    assert "Traceback" not in rest
+    port = int(told.split()[2].rpartition(":")[2])
+    with pytest.raises(OSError, match="refused"):
+        http.client.HTTPConnection("127.0.0.1", port, timeout=5).connect()
+    assert list(tmp_path.iterdir()) == []

@@ -20,9 +20,17 @@ NONE = -1
 """Link of an action that has no next or no concurrent action."""
 
 REQUESTS: Mapping[str, tuple[str, ...]] = MappingProxyType(
-    {"punch": PUNCHES, "kick": KICKS, **{aspect.replace("_", " "): (aspect,) for aspect in (*PUNCHES, *KICKS)}}
+    {
+        "punch": PUNCHES,
+        "kick": KICKS,
+        **{aspect.replace("_", " "): (aspect,) for aspect in (*PUNCHES, *KICKS)},
+        "jump": ("jump",),
+    }
 )
-"""Kinds of attack that a user may ask for, and the aspects that answer (section 5.2)."""
+"""Kinds of attack that a user may ask for, or a jump, and the aspects that answer (section 5.2)."""
+
+ANSWERING_QUALIFIERS: Mapping[str, tuple[str, ...]] = MappingProxyType({**ATTACKING_QUALIFIERS, "jump": ("up",)})
+"""Qualifiers that answer a request, by aspect."""
 
 
 @dataclass(frozen=True)
@@ -115,7 +123,7 @@ class ActionTable:
     nodes: Mapping[tuple[int, str, str], IntArray]
 
     def answering(self, player: int, request: str) -> IntArray:
-        """Nodes that answer a request such as "kick" or "left punch": the limb goes to the opponent.
+        """Nodes that answer a request such as "kick" or "left punch": the limb goes to the opponent; or "jump": up.
 
         Raises:
             UnknownNameError: not one of `REQUESTS`.
@@ -125,7 +133,7 @@ class ActionTable:
         found = [
             self.nodes[player, aspect, qualifier]
             for aspect in REQUESTS[request]
-            for qualifier in ATTACKING_QUALIFIERS[aspect]
+            for qualifier in ANSWERING_QUALIFIERS[aspect]
         ]
         return np.unique(np.concatenate(found))
 

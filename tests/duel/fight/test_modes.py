@@ -74,6 +74,8 @@ def transitions(model, player, kind=None):
 
 def attacks_with(code, action):
     label = Label.from_code(code)
+    if action == "jump":
+        return label.jump == "up"
     return any(Label(move="L-L", **{aspect: getattr(label, aspect)}).attacks for aspect in REQUESTS[action])
 
 
