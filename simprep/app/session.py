@@ -82,7 +82,9 @@ class Session:
         UnknownNameError: no such scene, arm, preset or controller.
     """
 
-    def __init__(self, settings: SessionSettings | None = None, director: Callable[[], Director | Dueling] | None = None) -> None:
+    def __init__(
+        self, settings: SessionSettings | None = None, director: Callable[[], Director | Dueling] | None = None
+    ) -> None:
         self.settings = settings or SessionSettings()
         self._custom = director
         self.lock = threading.RLock()

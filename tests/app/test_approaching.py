@@ -1,16 +1,20 @@
 """The learned approach, piece by piece: without physics, and a moment of it with physics."""
 
+import mujoco
 import numpy as np
 import pytest
 
 from simprep.app.approaching import Approaching
+from simprep.app.moments import HitReader
 from simprep.app.session import Session, SessionSettings
-from simprep.app.stage import KICK, stage, struck
+from simprep.app.stage import BARS, KICK, stage, struck, targets
 from simprep.controller.runtime.world import library_world
 from simprep.errors import UnknownNameError
 from simprep.motion.kinematics import forward_kinematics
+from simprep.physics.bodies import scene_bodies
 from simprep.physics.tracker import ASK_S
 from simprep.physics.tracker_state import TrackerState
+from simprep.scene import SceneSettings, scene_spec
 
 
 @pytest.fixture(scope="module")
@@ -94,3 +98,26 @@ def test_physics_follows_the_approach(world, tmp_path):
     assert moment.fallen == ()
     np.testing.assert_allclose(moment.bodies[0][:3], moment.references[0][:3], atol=0.05)
     assert session.tracker.data.qfrc_applied.any() == session.tracker.data.xfrc_applied.any() == False  # noqa: E712
+
+
+def test_what_is_to_be_followed_passes_every_bar_of_the_course(world):
+    course = stage("course")
+    wanted = [one for one in targets() if (one if isinstance(one, str) else one.name) in BARS]
+    director = Approaching(course, world=library_world(wanted, policy=world.policy))
+    played = Played(director)
+    director.go(*course.tasks)
+    played.go(0.5)
+    while director.busy or played.ahead > 0:
+        played.go(1.0)
+        assert played.time < 40
+    assert played.poses[-1][0] > 7.2  # behind the last bar
+    model = scene_spec(SceneSettings(bodies=director.characters, obstacles=course.obstacles)).compile()
+    data = mujoco.MjData(model)
+    reader = HitReader(model, scene_bodies(model, director.characters))
+    start, own = data.qpos.copy(), scene_bodies(model, director.characters)[0].qpos
+    for pose in played.poses[::2]:
+        data.qpos[:] = start
+        data.qpos[own] = pose
+        mujoco.mj_forward(model, data)
+        reader.step(data)
+    assert [hit.parts for hit in reader.hits] == []

@@ -88,7 +88,8 @@ def test_ghosts_stand_where_the_reference_is(session):
 
 
 def test_ctrl_c_ends_it_cleanly(tmp_path):
-    command = [sys.executable, "-m", "simprep.cli.main", "app", "--scene", "empty", "--controller", "pd", "-o", str(tmp_path)]
+    page = ["app", "--scene", "empty", "--controller", "pd", "-o", str(tmp_path)]
+    command = [sys.executable, "-m", "simprep.cli.main", *page]
     with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
         assert process.stderr is not None
         try:
