@@ -171,11 +171,26 @@ def test_time_belongs_to_all_and_the_view_to_each_tab(browser, session, tmp_path
 
 
 def test_a_body_that_is_dragged_is_pushed(browser, session):
+    session.advance()
+    session.pause()  # it stays where it can be found
     with shown(browser, session) as tabs:
         tab = tabs.open()
-        session.pause()
-        tab.wait_for_timeout(1500)
-        page = tab.viewport_size
-        from_x, from_y = page["width"] * 0.5, page["height"] * 0.5
+        tab.wait_for_timeout(3000)
+        x, y = pixel(session.newest.bodies[0][:3])
         tabs.picture(tab, "before_drag")
-        del from_x, from_y
+        tab.mouse.move(x, y)
+        tab.mouse.down()
+        tab.mouse.move(x + 40, y, steps=5)
+        tab.mouse.move(x + 80, y, steps=5)
+        tab.mouse.up()
+        tabs.until(tab, lambda: session.told.startswith("push"))
+
+
+def pixel(point, fov_deg=60.0):
+    """Where a point of the world is on the page, from where the camera begins (`Page`)."""
+    camera, look_at = np.array([2.2, -4.4, 1.9]), np.array([2.2, 0.0, 0.75])
+    ahead = (look_at - camera) / np.linalg.norm(look_at - camera)
+    right = np.array([1.0, 0.0, 0.0])
+    way = np.asarray(point) - camera
+    scale = 280 / (np.tan(np.radians(fov_deg / 2)) * (way @ ahead))
+    return 450 + scale * (way @ right), 280 - scale * (way @ np.cross(right, ahead))
