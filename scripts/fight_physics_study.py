@@ -36,13 +36,13 @@ from simprep.errors import SimprepError
 from simprep.metrics.evaluate import evaluate_run
 from simprep.metrics.interaction.distributions import Distributions, distributions
 from simprep.metrics.interaction.evaluate import FightResults, evaluate_fight, evaluate_live
-from simprep.metrics.interaction.stream import plain
+from simprep.metrics.interaction.stream import facings, plain
 from simprep.metrics.paired import bootstrap_median
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.store import save_run
 from simprep.report.results import provenance, save_json
 
-SCHEMA = "simprep.fight_physics_study/3"
+SCHEMA = "simprep.fight_physics_study/4"
 ARMS = ("planned", "planned_optimised", "feedback", "feedback_optimised")
 SHOWN = {
     "end_s": "simulated s",
@@ -67,9 +67,11 @@ SHOWN = {
     "overlap_before_mean_mm": "overlap of what was tracked, mean mm",
     "overlap_after_mean_mm": "overlap simulated, mean mm",
     "overlap_after_max_mm": "the same, deepest mm",
-    "slip_tracked_mm": "slip of a stance: tracked mm",
+    "slip_tracked_mm": "slip of a stance: tracked, without moves to where bodies are, mm",
+    "slip_moved_mm": "tracked, with them, mm",
     "slip_simulated_mm": "simulated mm",
-    "foot_slip_ratio": "slip ratio",
+    "foot_slip_ratio": "slip ratio, without these moves",
+    "moved_slip_ratio": "with them",
     "largest_blow_ns": "largest blow N s",
     "largest_peak_force_n": "largest contact force N",
     "com_cos_mm": "COM to support centre mm",
@@ -91,6 +93,12 @@ def held_out(model: FightModel) -> Distributions:
     return distributions(stream, table, actions.label[inside])
 
 
+def recorded_facing(model: FightModel) -> dict[str, float]:
+    """Median facing in what the model has not seen [deg], to read the bouts' own beside."""
+    pelvis, head = facings(model.stream.part(model.learned_until or 0, len(model.stream)))
+    return {"facing_deg": float(np.median(pelvis)), "facing_head_deg": float(np.median(head))}
+
+
 def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
     """Metrics of a simulated bout; None where one does not exist."""
     run, found = results.run, results.simulated
@@ -109,6 +117,8 @@ def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
         "slip_tracked_mm": found.slip_mm_per_stance[0],
         "slip_simulated_mm": found.slip_mm_per_stance[1],
         "foot_slip_ratio": found.foot_slip_ratio,
+        "slip_moved_mm": found.moved_slip_mm,
+        "moved_slip_ratio": found.moved_slip_ratio,
         "mpjpe_calm_mm": found.mpjpe_calm_mm,
         "reacted_share": found.reacted_share,
         "blows": found.blows,
@@ -216,7 +226,7 @@ def differences(done: dict[str, list[dict[str, Any]]], first: str, second: str) 
     return out
 
 
-def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float) -> str:
+def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float, facing: dict[str, float]) -> str:
     """The tables."""
     first = next(iter(summaries.values()))
     lines = [
@@ -248,6 +258,11 @@ def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float) -
             v = found[key]
             if v["low"] is not None:
                 row(name, [f"{v['median']:.3g} ({v['low']:.3g} to {v['high']:.3g}), n {v['n']}"])
+    lines += [
+        "",
+        f"The held-out examples themselves: facing of the pelvis {facing['facing_deg']:.1f} deg, of the head"
+        f" {facing['facing_head_deg']:.1f} deg (medians).",
+    ]
     lines += ["", f"A fall is a knock-down within {KNOCK_DOWN_S:g} s of a blow of {KNOCK_DOWN_NS:g} N s or more."]
     return "\n".join(lines) + "\n"
 
@@ -292,6 +307,7 @@ def main() -> int:
     except SimprepError as error:
         print(error, file=sys.stderr)
         return 2
+    facing = recorded_facing(model)
     summaries = {arm: summarise(cases) for arm, cases in done.items()}
     compared = (
         ("planned", "feedback"), ("planned_optimised", "feedback_optimised"), ("feedback", "feedback_optimised"),
@@ -301,9 +317,9 @@ def main() -> int:
     content = {
         "schema": SCHEMA, **provenance(sys.argv), "bouts": options.bouts, "seconds": options.seconds,
         "preset": options.preset, "live": asdict(LiveSettings()), "mpc": asdict(MPC_PRESETS[options.preset]),
-        "summary": summaries, "paired": pairs, "cases": [one for cases in done.values() for one in cases],
+        "held_out": facing, "summary": summaries, "paired": pairs, "cases": [one for cases in done.values() for one in cases],
     }  # fmt: skip
-    text = markdown(summaries, pairs, options.seconds)
+    text = markdown(summaries, pairs, options.seconds, facing)
     print(text)
     save_study(options.out, "fight_physics", content, text)
     return 0

@@ -60,7 +60,9 @@ class RunMetrics:
         foot_slip_ratio: slip of the simulated over that of the tracked feet (`simprep.metrics.contact.slip_ratio`). Both
             feet stand by one rule, that of heights and speeds (`simprep.motion.contacts`). Where what was tracked was
             moved to where the bodies are, it is taken without these moves.
-        slip_mm_per_stance: (tracked, simulated) slip of a stance by that rule [mm].
+        slip_mm_per_stance: (tracked without these moves, simulated) slip of a stance by that rule [mm].
+        moved_slip_ratio: as `foot_slip_ratio`, but of what was tracked with these moves, whose standing feet move too.
+        moved_slip_mm: slip of a stance of what was tracked, moves included, by that rule [mm].
         mpjpe_calm_mm: root-relative MPJPE outside the 0.5 s after a blow of 5 N s or more, while nobody is down [mm].
         contacts: number of recorded contacts by verdict, part by part (an attack that lands makes several).
         impulse_ns: of the contacts [N s]; None without any.
@@ -80,6 +82,8 @@ class RunMetrics:
     penetration_before: Depths
     foot_slip_ratio: float
     slip_mm_per_stance: tuple[float, float]
+    moved_slip_ratio: float
+    moved_slip_mm: float
     mpjpe_calm_mm: float
     contacts: dict[str, int]
     impulse_ns: Percentiles | None
@@ -135,18 +139,22 @@ def run_metrics(
     }
     finite = all(np.isfinite(one.qpos).all() for one in run.bodies)
     if run.end_s < SHORTEST_S or not finite:
-        nothing: dict[str, Any] = {"slip_mm_per_stance": (math.nan, math.nan), "mpjpe_calm_mm": math.nan}
-        return RunMetrics(simulated=None, foot_slip_ratio=math.nan, **nothing, **computed)
+        missing = ("foot_slip_ratio", "moved_slip_ratio", "moved_slip_mm", "mpjpe_calm_mm")
+        nothing: dict[str, Any] = dict.fromkeys(missing, math.nan)
+        return RunMetrics(simulated=None, slip_mm_per_stance=(math.nan, math.nan), **nothing, **computed)
     stream, reference = simulated_stream(run, fight)
     table, codes = fight_so_far(fight, len(stream))
     found = interaction_metrics(stream, table, codes, recorded, reference)
     landed = count_hits(recorded_contacts(contacts, stream), stream, table, codes, GRACE_S)
     simulated = replace(found, penetration=depths(run.overlap), hits=landed)
-    slips = [stream_slip(by_one_rule(one)) for one in (reference if resting is None else resting, stream)]
+    moved, own = (stream_slip(by_one_rule(one)) for one in (reference, stream))
+    still = moved if resting is None else stream_slip(by_one_rule(resting))
     return RunMetrics(
         simulated=simulated,
-        foot_slip_ratio=slip_ratio(slips[1], slips[0]),
-        slip_mm_per_stance=(slips[0].mm_per_stance, slips[1].mm_per_stance),
+        foot_slip_ratio=slip_ratio(own, still),
+        slip_mm_per_stance=(still.mm_per_stance, own.mm_per_stance),
+        moved_slip_ratio=slip_ratio(own, moved),
+        moved_slip_mm=moved.mm_per_stance,
         mpjpe_calm_mm=_calm_error(stream, reference, struck, fallen),
         **computed,
     )
