@@ -24,7 +24,6 @@ from rich.console import Console
 from rich.progress import Progress
 
 from measuring.save import save_study
-from measuring.yardstick import Yardstick
 from simprep.duel.fight.default_model import fight_model
 from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.falls import KNOCK_DOWN_NS, KNOCK_DOWN_S, blows
@@ -40,6 +39,7 @@ from simprep.metrics.interaction.stream import facings, plain
 from simprep.metrics.paired import bootstrap_median
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.store import save_run
+from simprep.physics.yardstick import Yardstick
 from simprep.report.results import provenance, save_json
 
 SCHEMA = "simprep.fight_physics_study/4"

@@ -26,7 +26,7 @@ SCHEMA = "simprep.fight/1"
 
 @dataclass(frozen=True)
 class FightResults:
-    """A fight and its measurements; without simulation the last five are None or empty.
+    """A fight and its measurements; without simulation the last six are None or empty.
 
     Attributes:
         fight: as synthesised.
@@ -38,6 +38,7 @@ class FightResults:
         contacts: between the fighters in it, judged.
         simulated: its metrics.
         falls: in it.
+        yardstick_s: what `simprep.physics.yardstick.Yardstick` takes beside it [s]; None: not measured.
     """
 
     fight: Fight
@@ -49,14 +50,14 @@ class FightResults:
     contacts: tuple[JudgedContact, ...] = ()
     simulated: RunMetrics | None = None
     falls: tuple[Fall, ...] = ()
+    yardstick_s: float | None = None
 
     def headline(self) -> dict[str, Any]:
         """The numbers of `simprep fight --json`; None where one does not exist.
 
         Facing, answers and distances to the recorded stream are those of the fight as synthesised. Hits and how far
         strikes miss are those of the simulation, where there is one. Penetration of the poses is over the whole fight.
-        `pair_yardsticks` needs the yardstick, which the package does not have: `scripts/bench.py` and
-        `scripts/fight_physics_study.py` measure it.
+        `pair_yardsticks` is `s_per_s` in yardsticks, where one was measured (`yardstick_s`).
         """
         kinematic, run = self.kinematic, self.simulated
         simulated = None if run is None else run.simulated
@@ -82,7 +83,7 @@ class FightResults:
             "knock_downs_per_min": None if run is None else run.knock_downs_per_min,
             "strike_miss_mm": miss and miss.median,
             "reacted_share": None if run is None else plain(run.reacted_share),
-            "pair_yardsticks": None,
+            "pair_yardsticks": None if run is None or not self.yardstick_s else run.s_per_s / self.yardstick_s,
             "facing_head_deg": kinematic.head_facing_error_deg.median,
         }
 
@@ -175,6 +176,7 @@ def fight_content(results: FightResults) -> dict[str, Any]:
         "mode": fight.mode,
         "seed": fight.seed,
         "duration_s": fight.stream.duration,
+        "yardstick_s": results.yardstick_s,
         "record": dict(fight.record),
         "actions": len(fight.actions),
         "kinematic": results.kinematic.as_dict(),

@@ -8,7 +8,7 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-YARDSTICK = Path(__file__).parents[1] / "yardstick.xml"
+YARDSTICK = Path(__file__).parent / "yardstick.xml"
 YARDSTICK_STEPS, YARDSTICK_BATCH, YARDSTICK_THREADS = 100_000, 28, 2
 YARDSTICK_ROLLOUT = 60
 """Steps from standing until the batch begins again [1]: half a second, the planner's look-ahead."""
