@@ -52,6 +52,11 @@ SHOWN = {
     "mpjpe_mm": "MPJPE mm",
     "mpjpe_calm_mm": "the same, not in the 0.5 s after a blow, nobody down",
     "g_mpjpe_mm": "G-MPJPE mm",
+    "touching_share": "share of the frames in which they touch",
+    "touching_mm": "MPJPE while they touch, mean of fighters mm",
+    "touching_global_mm": "G-MPJPE then mm",
+    "apart_mm": "MPJPE while they do not mm",
+    "apart_global_mm": "G-MPJPE then mm",
     "strike_miss_mm": "strikes miss by, median mm",
     "hits_intended_per_min": "attacks landed per minute",
     "hits_blocked_per_min": "attacks blocked per minute",
@@ -105,7 +110,11 @@ def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
     assert run is not None
     assert found is not None
     simulated, minutes = found.simulated, run.end_s / 60
-    com = [value for number in (0, 1) if isinstance(value := evaluate_run(run.body(number))["com_cos_mm"], float)]
+    com = [
+        value
+        for number in range(len(run.bodies))
+        if isinstance(value := evaluate_run(run.body(number))["com_cos_mm"], float)
+    ]
     out: dict[str, Any] = {
         "end": found.end,
         "end_s": found.end_s,
@@ -120,6 +129,11 @@ def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
         "slip_moved_mm": found.moved_slip_mm,
         "moved_slip_ratio": found.moved_slip_ratio,
         "mpjpe_calm_mm": found.mpjpe_calm_mm,
+        "touching_share": found.touching_share,
+        **{
+            f"{name}_of_fighters": [getattr(one, name) for one in found.fighters]
+            for name in ("touching_mm", "touching_global_mm", "apart_mm", "apart_global_mm")
+        },
         "reacted_share": found.reacted_share,
         "blows": found.blows,
         "largest_blow_ns": max((one.impulse_ns for one in blows(results.contacts)), default=0.0),
@@ -150,6 +164,9 @@ def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
             "overlap_after_mean_mm": simulated.penetration.mean_mm,
             "overlap_after_max_mm": simulated.penetration.max_mm,
         }
+    for name in ("touching_mm", "touching_global_mm", "apart_mm", "apart_global_mm"):
+        values = [one for one in out[f"{name}_of_fighters"] if np.isfinite(one)]
+        out[name] = float(np.mean(values)) if values else None
     cleaned: dict[str, Any] = plain(out)
     return cleaned
 
