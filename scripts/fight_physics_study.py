@@ -34,8 +34,8 @@ from simprep.duel.model.held_out import learn_before, split_frame
 from simprep.errors import SimprepError
 from simprep.metrics.evaluate import evaluate_run
 from simprep.metrics.interaction.distributions import Distributions, distributions
-from simprep.metrics.interaction.evaluate import FightResults, evaluate_fight, evaluate_live
-from simprep.metrics.interaction.stream import facings, plain
+from simprep.metrics.interaction.evaluate import FightResults, evaluate_fight, evaluate_live, recorded_facing
+from simprep.metrics.interaction.stream import plain
 from simprep.metrics.paired import bootstrap_median
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.store import save_run
@@ -96,12 +96,6 @@ def held_out(model: FightModel) -> Distributions:
         [actions.player[inside], actions.start[inside] - first, actions.end[inside] - first, clips], axis=1
     )
     return distributions(stream, table, actions.label[inside])
-
-
-def recorded_facing(model: FightModel) -> dict[str, float]:
-    """Median facing in what the model has not seen [deg], to read the bouts' own beside."""
-    pelvis, head = facings(model.stream.part(model.learned_until or 0, len(model.stream)))
-    return {"facing_deg": float(np.median(pelvis)), "facing_head_deg": float(np.median(head))}
 
 
 def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
@@ -277,8 +271,8 @@ def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float, f
                 row(name, [f"{v['median']:.3g} ({v['low']:.3g} to {v['high']:.3g}), n {v['n']}"])
     lines += [
         "",
-        f"The held-out examples themselves: facing of the pelvis {facing['facing_deg']:.1f} deg, of the head"
-        f" {facing['facing_head_deg']:.1f} deg (medians).",
+        f"The held-out examples themselves: facing of the pelvis {facing['pelvis']:.1f} deg, of the head"
+        f" {facing['head']:.1f} deg (medians).",
     ]
     lines += ["", f"A fall is a knock-down within {KNOCK_DOWN_S:g} s of a blow of {KNOCK_DOWN_NS:g} N s or more."]
     return "\n".join(lines) + "\n"
@@ -324,7 +318,7 @@ def main() -> int:
     except SimprepError as error:
         print(error, file=sys.stderr)
         return 2
-    facing = recorded_facing(model)
+    facing = recorded_facing(model, model.learned_until or 0)
     summaries = {arm: summarise(cases) for arm, cases in done.items()}
     compared = (
         ("planned", "feedback"), ("planned_optimised", "feedback_optimised"), ("feedback", "feedback_optimised"),
@@ -334,7 +328,7 @@ def main() -> int:
     content = {
         "schema": SCHEMA, **provenance(sys.argv), "bouts": options.bouts, "seconds": options.seconds,
         "preset": options.preset, "live": asdict(LiveSettings()), "mpc": asdict(MPC_PRESETS[options.preset]),
-        "held_out": facing, "summary": summaries, "paired": pairs, "cases": [one for cases in done.values() for one in cases],
+        "held_out_facing_deg": facing, "summary": summaries, "paired": pairs, "cases": [one for cases in done.values() for one in cases],
     }  # fmt: skip
     text = markdown(summaries, pairs, options.seconds, facing)
     print(text)

@@ -82,6 +82,7 @@ class FightCommand(BaseCommand):
             evaluate_live,
             fight_content,
             recorded_distributions,
+            recorded_facing,
         )
         from simprep.physics.mpc import MPC_PRESETS
         from simprep.physics.yardstick import Yardstick
@@ -126,6 +127,7 @@ class FightCommand(BaseCommand):
                 bar.update(task, description="metrics", completed=0.0)
                 results = evaluate_live(live, recorded_distributions(model))
                 fight = results.fight
+        results = replace(results, examples_facing_deg=recorded_facing(model))
         if self.yardstick and results.run is not None:
             results = replace(results, yardstick_s=Yardstick().seconds())
         folder = self.out or Path("results") / "fight" / f"{self.mode}_{self.seed}"
@@ -147,6 +149,10 @@ class FightCommand(BaseCommand):
                 output.say(f"{'AB'[fall.player]} falls at {fall.time_s:.2f} s: {fall.words}")
         parts = [(key, value if isinstance(value, dict) else {"": value}) for key, value in content.items()]
         output.say_metrics({f"{key} {name}".strip(): one for key, part in parts for name, one in part.items()})
+        own = results.examples_facing_deg or {}
+        output.say(
+            "facing of the examples themselves: " + ", ".join(f"{part} {deg:.0f} deg" for part, deg in own.items())
+        )
         output.say(f"written: {', '.join(map(str, files))}")
         return content
 
