@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from fight_study import Setup, answered, reach_of, set_up, ways
+from measuring.fights import Setup, answered, reach_of, set_up, ways
 from measuring.save import save_study
 from simprep.duel.fight.live import LiveFight
 from simprep.duel.fight.modes import begin_fight
