@@ -13,7 +13,7 @@ kickboxing stream, 16 minutes, as `simprep duel analyse` does by default, withou
 `mpc_overhead_share` and `planner_overhead_share` (share of it spent outside MuJoCo, of all and of the planner) and `peak_rss_mb`.
 
 Seconds say little of another machine. So all of it is also stated in yardsticks: the time that 100 000 steps of
-`scripts/yardstick.xml` take here and now, in a batch of 28 on 2 threads (`yardstick_s`). Costs are multiples of it,
+`simprep/physics/yardstick.xml` take here and now, in a batch of 28 on 2 threads (`yardstick_s`). Costs are multiples of it,
 `analysis_yardsticks`, `mpc_yardsticks`, `live_yardsticks`, `pair_yardsticks` and `feedback_yardsticks` (per second of motion). Rates are amounts in that time: `fight_fps` becomes
 `fight_frames_per_yardstick`, `sim_steps_per_s_1` becomes `sim_steps_per_yardstick_1`, and so on.
 """
@@ -35,7 +35,6 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-from measuring.yardstick import Yardstick, best_rate
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.approach import approach
 from simprep.controller.runtime.performer import RuntimeSettings
@@ -57,6 +56,7 @@ from simprep.physics.controller import ControlTask
 from simprep.physics.mpc import MPC_PRESETS, MpcController
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import simulate, track
+from simprep.physics.yardstick import Yardstick, best_rate
 from simprep.preparation import prepare
 from simprep.scene import build_scene
 

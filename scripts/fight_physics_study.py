@@ -24,7 +24,6 @@ from rich.console import Console
 from rich.progress import Progress
 
 from measuring.save import save_study
-from measuring.yardstick import Yardstick
 from simprep.duel.fight.default_model import fight_model
 from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.falls import KNOCK_DOWN_NS, KNOCK_DOWN_S, blows
@@ -35,14 +34,15 @@ from simprep.duel.model.held_out import learn_before, split_frame
 from simprep.errors import SimprepError
 from simprep.metrics.evaluate import evaluate_run
 from simprep.metrics.interaction.distributions import Distributions, distributions
-from simprep.metrics.interaction.evaluate import FightResults, evaluate_fight, evaluate_live
+from simprep.metrics.interaction.evaluate import FightResults, evaluate_fight, evaluate_live, recorded_facing
 from simprep.metrics.interaction.stream import plain
 from simprep.metrics.paired import bootstrap_median
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.store import save_run
+from simprep.physics.yardstick import Yardstick
 from simprep.report.results import provenance, save_json
 
-SCHEMA = "simprep.fight_physics_study/3"
+SCHEMA = "simprep.fight_physics_study/4"
 ARMS = ("planned", "planned_optimised", "feedback", "feedback_optimised")
 SHOWN = {
     "end_s": "simulated s",
@@ -52,6 +52,11 @@ SHOWN = {
     "mpjpe_mm": "MPJPE mm",
     "mpjpe_calm_mm": "the same, not in the 0.5 s after a blow, nobody down",
     "g_mpjpe_mm": "G-MPJPE mm",
+    "touching_share": "share of the frames in which they touch",
+    "touching_mm": "MPJPE while they touch, mean of fighters mm",
+    "touching_global_mm": "G-MPJPE then mm",
+    "apart_mm": "MPJPE while they do not mm",
+    "apart_global_mm": "G-MPJPE then mm",
     "strike_miss_mm": "strikes miss by, median mm",
     "hits_intended_per_min": "attacks landed per minute",
     "hits_blocked_per_min": "attacks blocked per minute",
@@ -67,9 +72,11 @@ SHOWN = {
     "overlap_before_mean_mm": "overlap of what was tracked, mean mm",
     "overlap_after_mean_mm": "overlap simulated, mean mm",
     "overlap_after_max_mm": "the same, deepest mm",
-    "slip_tracked_mm": "slip of a stance: tracked mm",
+    "slip_tracked_mm": "slip of a stance: tracked, without moves to where bodies are, mm",
+    "slip_moved_mm": "tracked, with them, mm",
     "slip_simulated_mm": "simulated mm",
-    "foot_slip_ratio": "slip ratio",
+    "foot_slip_ratio": "slip ratio, without these moves",
+    "moved_slip_ratio": "with them",
     "largest_blow_ns": "largest blow N s",
     "largest_peak_force_n": "largest contact force N",
     "com_cos_mm": "COM to support centre mm",
@@ -97,7 +104,11 @@ def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
     assert run is not None
     assert found is not None
     simulated, minutes = found.simulated, run.end_s / 60
-    com = [value for number in (0, 1) if isinstance(value := evaluate_run(run.body(number))["com_cos_mm"], float)]
+    com = [
+        value
+        for number in range(len(run.bodies))
+        if isinstance(value := evaluate_run(run.body(number))["com_cos_mm"], float)
+    ]
     out: dict[str, Any] = {
         "end": found.end,
         "end_s": found.end_s,
@@ -109,7 +120,14 @@ def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
         "slip_tracked_mm": found.slip_mm_per_stance[0],
         "slip_simulated_mm": found.slip_mm_per_stance[1],
         "foot_slip_ratio": found.foot_slip_ratio,
+        "slip_moved_mm": found.moved_slip_mm,
+        "moved_slip_ratio": found.moved_slip_ratio,
         "mpjpe_calm_mm": found.mpjpe_calm_mm,
+        "touching_share": found.touching_share,
+        **{
+            f"{name}_of_fighters": [getattr(one, name) for one in found.fighters]
+            for name in ("touching_mm", "touching_global_mm", "apart_mm", "apart_global_mm")
+        },
         "reacted_share": found.reacted_share,
         "blows": found.blows,
         "largest_blow_ns": max((one.impulse_ns for one in blows(results.contacts)), default=0.0),
@@ -140,6 +158,9 @@ def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
             "overlap_after_mean_mm": simulated.penetration.mean_mm,
             "overlap_after_max_mm": simulated.penetration.max_mm,
         }
+    for name in ("touching_mm", "touching_global_mm", "apart_mm", "apart_global_mm"):
+        values = [one for one in out[f"{name}_of_fighters"] if np.isfinite(one)]
+        out[name] = float(np.mean(values)) if values else None
     cleaned: dict[str, Any] = plain(out)
     return cleaned
 
@@ -216,7 +237,7 @@ def differences(done: dict[str, list[dict[str, Any]]], first: str, second: str) 
     return out
 
 
-def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float) -> str:
+def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float, facing: dict[str, float]) -> str:
     """The tables."""
     first = next(iter(summaries.values()))
     lines = [
@@ -248,6 +269,11 @@ def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float) -
             v = found[key]
             if v["low"] is not None:
                 row(name, [f"{v['median']:.3g} ({v['low']:.3g} to {v['high']:.3g}), n {v['n']}"])
+    lines += [
+        "",
+        f"The held-out examples themselves: facing of the pelvis {facing['pelvis']:.1f} deg, of the head"
+        f" {facing['head']:.1f} deg (medians).",
+    ]
     lines += ["", f"A fall is a knock-down within {KNOCK_DOWN_S:g} s of a blow of {KNOCK_DOWN_NS:g} N s or more."]
     return "\n".join(lines) + "\n"
 
@@ -292,6 +318,7 @@ def main() -> int:
     except SimprepError as error:
         print(error, file=sys.stderr)
         return 2
+    facing = recorded_facing(model, model.learned_until or 0)
     summaries = {arm: summarise(cases) for arm, cases in done.items()}
     compared = (
         ("planned", "feedback"), ("planned_optimised", "feedback_optimised"), ("feedback", "feedback_optimised"),
@@ -301,9 +328,9 @@ def main() -> int:
     content = {
         "schema": SCHEMA, **provenance(sys.argv), "bouts": options.bouts, "seconds": options.seconds,
         "preset": options.preset, "live": asdict(LiveSettings()), "mpc": asdict(MPC_PRESETS[options.preset]),
-        "summary": summaries, "paired": pairs, "cases": [one for cases in done.values() for one in cases],
+        "held_out_facing_deg": facing, "summary": summaries, "paired": pairs, "cases": [one for cases in done.values() for one in cases],
     }  # fmt: skip
-    text = markdown(summaries, pairs, options.seconds)
+    text = markdown(summaries, pairs, options.seconds, facing)
     print(text)
     save_study(options.out, "fight_physics", content, text)
     return 0

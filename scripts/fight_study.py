@@ -9,33 +9,26 @@ import argparse
 import sys
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from simprep.duel.analysis import analyse, match_actions
+from measuring.fights import Setup, answered, reach_of, set_up, ways
 from simprep.duel.fight.alertness import Alertness, run
-from simprep.duel.fight.avatar import Avatar, Steering, displacements
+from simprep.duel.fight.avatar import Avatar, Steering
 from simprep.duel.fight.baselines import IndependentChooser, RandomChooser
 from simprep.duel.fight.choice import Chooser, ModelChooser
-from simprep.duel.fight.default_model import model_analysis
 from simprep.duel.fight.drawing import DrawingChooser
-from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.passive import ReactingChooser, RecordedChooser
 from simprep.duel.fight.synthesis import Bout
-from simprep.duel.labels.labels import ASPECTS, ATTACKING_QUALIFIERS, QUALIFIERS, Label, decode
-from simprep.duel.model.fight_model import FightModel
-from simprep.duel.model.held_out import held_out_actions, learn_before, split_frame
+from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, Label
+from simprep.duel.model.held_out import held_out_actions
 from simprep.duel.model.structures import REQUESTS
 from simprep.duel.stream.stream import DuelStream, facing_error
-from simprep.duel.synthetic.kinds import KIND_OF, attacks, context_of
-from simprep.duel.synthetic.make import make_synthetic
-from simprep.duel.synthetic.presets import preset
-from simprep.duel.synthetic.truth import Truth
 from simprep.files import atomic_path
 from simprep.metrics.interaction.distributions import KINDS, Distributions, distributions, js_distances, pooled
 from simprep.metrics.interaction.stitches import Stitches, compare_stitches, stitches
@@ -47,8 +40,6 @@ from simprep.report.results import provenance, save_json
 
 IntArray = NDArray[np.int64]
 FloatArray = NDArray[np.float64]
-ANSWERED_FAST_S = 0.5
-REACT = {name: QUALIFIERS["react"].index(name) for name in ("kick", "punch")}
 PASSIVE = (
     "Eq. 6 and 12",
     "as drawn",
@@ -67,42 +58,6 @@ GOALS: dict[str, Steering] = {
     "both, and drift of 0.1 m (the mode)": Steering(),
     "both, and drift of 0.3 m": Steering(True, 0.05, 0.3),
 }
-
-
-@dataclass(frozen=True)
-class Setup:
-    """What all parts of the study need: a model of two thirds of the stream, and the truth."""
-
-    model: FightModel
-    examples: ExampleMotions
-    truth: Truth
-    match: IntArray
-    alertness: Alertness
-
-    @property
-    def table(self) -> IntArray:
-        """(A, 4) of B."""
-        actions = self.model.model.graph.actions
-        return np.stack([actions.player, actions.start, actions.end, actions.clip], axis=1)
-
-    def true_kind(self, example: int) -> str:
-        """Kind of an action in the truth; empty where it is cut otherwise."""
-        if example < 0 or self.match[example] < 0:
-            return ""
-        return KIND_OF[tuple(int(one) for one in self.truth.qualifiers[self.match[example]])]
-
-
-def set_up(name: str, seed: int) -> Setup:
-    """Make the stream, analyse it, learn from two thirds."""
-    example = make_synthetic(preset(name), seed)
-    found = analyse(example.stream, np.random.default_rng(seed), truth=example.truth, settings=model_analysis())
-    whole = FightModel(found.model, example.stream)
-    model = learn_before(whole, split_frame(whole))
-    alertness = Alertness.of(model.model.graph, model.stream.fps, model.learned_until)
-    assert alertness is not None
-    table = found.labels.table
-    match = match_actions(table, example.truth.table, 0.05 * model.stream.fps)
-    return Setup(model, ExampleMotions.of(model.stream, model.model), example.truth, match, alertness)
 
 
 def part_of(setup: Setup, first: int, after: int) -> tuple[Distributions, Stitches]:
@@ -215,33 +170,6 @@ def passive(setup: Setup, bouts: int, seconds: float, tell: Callable[[str], None
     return result
 
 
-def answered(setup: Setup, fight: Fight, attacker: int) -> tuple[int, int, int, int, int]:
-    """Attacks of one fighter; of these answered by what the truth counts as fitting (`Truth.fitting`: begun while the attack was
-    under way, a defence or an own attack) with the attack's `react`; with any; the first and within 0.5 s; attacks that
-    the truth cuts otherwise, which are not judged."""
-    count = strict = loose = fast = unknown = 0
-    for one in fight.of(attacker):
-        kind = setup.true_kind(one.example)
-        if not kind or one.end >= len(fight.stream):
-            unknown += not kind
-            continue
-        if not attacks(kind):
-            continue
-        count += 1
-        found = {"strict": False, "loose": False, "fast": False}
-        for other in fight.of(1 - attacker):
-            answer = setup.true_kind(other.example)
-            if not one.start < other.start <= one.end or not (answer == "neutral" or (answer and attacks(answer))):
-                continue
-            found["loose"] = True
-            react = int(decode([setup.truth.codes[setup.match[other.example]]])[0, ASPECTS.index("react")])
-            if react == REACT[context_of(kind)]:
-                found["strict"] = True
-                found["fast"] |= other.start - one.start <= ANSWERED_FAST_S * setup.model.model.fps
-        strict, loose, fast = strict + found["strict"], loose + found["loose"], fast + found["fast"]
-    return count, strict, loose, fast, unknown
-
-
 def interactive(setup: Setup, bouts: int, seconds: float, tell: Callable[[str], None]) -> dict[str, Any]:
     """Requests for kinds of attack, for places within reach, for both; at random times of bouts."""
     wishes = [("actions", "both, and drift of 0.1 m (the mode)", True, False)]
@@ -277,16 +205,6 @@ def interactive(setup: Setup, bouts: int, seconds: float, tell: Callable[[str], 
             }
         result[f"{what}: {name}"] = entry
     return result
-
-
-def reach_of(setup: Setup) -> float:
-    """How far the root gets within the delay of goals: 90th percentile of the learned examples of player 0 [m]."""
-    return float(np.percentile(np.linalg.norm(ways(setup), axis=1), 90))
-
-
-def ways(setup: Setup) -> FloatArray:
-    """(S, 2) ways of the learned examples of player 0 [m]."""
-    return displacements(setup.model, 0, setup.model.model.players[0].examples)
 
 
 def one_interactive(

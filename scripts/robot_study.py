@@ -16,7 +16,6 @@ import numpy as np
 
 from measuring.runs import measured_run, rows_of
 from measuring.save import save_study
-from measuring.yardstick import Yardstick
 from simprep.characters import character_of_name
 from simprep.cli.resolve import select
 from simprep.errors import SimprepError
@@ -24,6 +23,7 @@ from simprep.motion.load import import_motion
 from simprep.motion.motion import Motion
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
+from simprep.physics.yardstick import Yardstick
 from simprep.report.results import provenance
 
 Job = tuple[Motion, int, str]

@@ -20,13 +20,13 @@ import numpy as np
 from measuring.clips import motions
 from measuring.runs import measured_run, rows_of
 from measuring.save import save_study
-from measuring.yardstick import Yardstick
 from simprep.errors import SimprepError
 from simprep.motion.motion import Motion
 from simprep.physics.mismatch import Mismatch
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.pushes import random_kicks
 from simprep.physics.settings import SimulationSettings
+from simprep.physics.yardstick import Yardstick
 from simprep.report.results import provenance
 
 CONDITIONS = {

@@ -22,12 +22,12 @@ from rich.table import Table
 from measuring.clips import motions
 from measuring.runs import measured_run, rows_of, yardsticks
 from measuring.save import save_study
-from measuring.yardstick import Yardstick
 from simprep.errors import SimprepError
 from simprep.library import library_names
 from simprep.motion.motion import Motion
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
+from simprep.physics.yardstick import Yardstick
 from simprep.report.results import provenance
 
 KEYS = ("mpjpe_mm", "g_mpjpe_mm", "farthest_m", "foot_slip_ratio", "penetration_mm", "yardsticks")

@@ -74,6 +74,10 @@ EVERYTHING = (
         "fight_physics", "fight_physics",
         ("scripts/fight_physics_study.py", "--bouts", "10", "--seconds", "10", "-o", "{out}"), "fight_physics.json", 12,
     ),
+    Made(
+        "fight_modes", "fight_modes",
+        ("scripts/fight_modes_study.py", "--bouts", "4", "--seconds", "30", "-o", "{out}"), "fight_modes.json", 20,
+    ),
     Made("sbu", "sbu", ("scripts/sbu_study.py", "{data}/pairs/sbu_pairs.npz", "-o", "{out}/sbu.json"), "sbu.json", 2),
     Made("optimiser", "optimiser", ("scripts/optimiser_study.py", "-o", "{out}"), "optimiser.json", 5),
     Made(

@@ -1,7 +1,7 @@
 """`simprep fight`: a new fight from a model, and its simulation."""
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -59,6 +59,10 @@ class FightCommand(BaseCommand):
     no_pictures: bool = False
     """Draw no film strip and no time line, and write no report page."""
 
+    yardstick: bool = False
+    """Measure how long the yardstick takes afterwards (some seconds), for pair_yardsticks: computing time that compares
+    between machines. Run nothing beside it."""
+
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = None
     """Folder for the results; default results/fight/MODE_SEED."""
 
@@ -78,8 +82,10 @@ class FightCommand(BaseCommand):
             evaluate_live,
             fight_content,
             recorded_distributions,
+            recorded_facing,
         )
         from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.yardstick import Yardstick
         from simprep.report.fight.files import save_fight
         from simprep.report.fight.page import fight_page
         from simprep.report.fight.pictures import draw_fight
@@ -121,6 +127,9 @@ class FightCommand(BaseCommand):
                 bar.update(task, description="metrics", completed=0.0)
                 results = evaluate_live(live, recorded_distributions(model))
                 fight = results.fight
+        results = replace(results, examples_facing_deg=recorded_facing(model))
+        if self.yardstick and results.run is not None:
+            results = replace(results, yardstick_s=Yardstick().seconds())
         folder = self.out or Path("results") / "fight" / f"{self.mode}_{self.seed}"
         content = results.headline()
         files = save_fight(results, folder)
@@ -140,6 +149,10 @@ class FightCommand(BaseCommand):
                 output.say(f"{'AB'[fall.player]} falls at {fall.time_s:.2f} s: {fall.words}")
         parts = [(key, value if isinstance(value, dict) else {"": value}) for key, value in content.items()]
         output.say_metrics({f"{key} {name}".strip(): one for key, part in parts for name, one in part.items()})
+        own = results.examples_facing_deg or {}
+        output.say(
+            "facing of the examples themselves: " + ", ".join(f"{part} {deg:.0f} deg" for part, deg in own.items())
+        )
         output.say(f"written: {', '.join(map(str, files))}")
         return content
 
@@ -152,6 +165,8 @@ class FightCommand(BaseCommand):
             raise SettingError(f"--seconds {self.seconds:g}; valid: 0.1 to {LONGEST_S:g}")
         if self.seed < 0:
             raise SettingError(f"--seed {self.seed}; valid: 0 or more")
+        if self.yardstick and self.no_physics:
+            raise SettingError("--yardstick with --no-physics; valid: with a simulation, whose time it measures")
         if self.mode != "interactive" and self.requests is not None:
             raise SettingError(f"--requests with --mode {self.mode}; valid: with --mode interactive")
         if self.mode == "interactive" and self.requests is None:

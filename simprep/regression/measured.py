@@ -16,6 +16,7 @@ LEFT_OUT = (
     "overhead_share",
     "fps_kinematic",
     "yardstick_s",
+    "pair_yardsticks",
     "fps",
     "fell_at_s",
     "seed",

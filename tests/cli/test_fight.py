@@ -17,6 +17,7 @@ from simprep.duel.stream.store import read_stream
 from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import PRESETS
 from simprep.physics.store import read_run
+from simprep.physics.yardstick import Yardstick
 
 KEYS = [
     "fps_kinematic", "s_per_s", "falls_per_min", "mpjpe_mm", "penetration_mm", "foot_slip_ratio", "facing_error_deg",
@@ -85,14 +86,28 @@ def test_a_fight_without_physics_has_all_keys_and_files(model, tmp_path, capsys)
 
 
 @pytest.mark.parametrize("more", [(), ("--no-feedback",)])
-def test_a_simulated_fight_writes_its_run_and_contacts(model, tmp_path, capsys, more):
+def test_a_simulated_fight_writes_its_run_and_contacts(model, tmp_path, capsys, monkeypatch, more):
+    monkeypatch.setattr(Yardstick, "seconds", lambda _: 2.0)
+    timed = () if more else ("--yardstick",)
     code, out, err = run(
-        capsys, "--model", model, "--seconds", 0.6, "--preset", "live", "--no-pictures", "-o", tmp_path, "--json", *more
+        capsys,
+        "--model",
+        model,
+        "--seconds",
+        0.6,
+        "--preset",
+        "live",
+        "--no-pictures",
+        "-o",
+        tmp_path,
+        "--json",
+        *more,
+        *timed,
     )
     assert code == 0, err
     found = json.loads(out)
     assert list(found) == KEYS
-    assert found["pair_yardsticks"] is None
+    assert found["pair_yardsticks"] == (None if more else found["s_per_s"] / 2.0)
     assert found["assist_n"] == 0.0
     assert all(found[key] is not None and math.isfinite(found[key]) for key in PHYSICS if key != "foot_slip_ratio")
     written = {path.name for path in tmp_path.iterdir()}

@@ -7,14 +7,16 @@ import numpy as np
 import pytest
 
 from bench import in_yardsticks
-from measuring.yardstick import YARDSTICK, YARDSTICK_BATCH, YARDSTICK_ROLLOUT, Yardstick
+from simprep.physics.yardstick import YARDSTICK, YARDSTICK_BATCH, YARDSTICK_ROLLOUT, Yardstick
 
 SHA256 = "a7ac17962795122e4ea69fa7595d059d180d313874b0e132b386a971cd9173b6"
 
 
 def test_the_yardstick_is_frozen():
     text = YARDSTICK.read_bytes().replace(b"\r\n", b"\n")
-    assert hashlib.sha256(text).hexdigest() == SHA256, "never edit scripts/yardstick.xml: its times would not compare"
+    assert hashlib.sha256(text).hexdigest() == SHA256, (
+        "never edit simprep/physics/yardstick.xml: its times would not compare"
+    )
 
 
 def test_the_yardstick_has_the_sizes_of_the_planner_it_was_made_from():

@@ -18,10 +18,10 @@ BLOW_NS = 5.0
 
 @dataclass(frozen=True)
 class Blow:
-    """All contacts of one attack with the opponent, as far as the attack meant them.
+    """All contacts of one attack with one opponent, as far as the attack meant them.
 
     Attributes:
-        player: who was struck, 0 or 1.
+        player: who was struck.
         attack: index of the action in the fight.
         start_s: first touch [s].
         end_s: last touch [s].
@@ -47,7 +47,7 @@ class Fall:
     """A fighter went down.
 
     Attributes:
-        player: 0 or 1.
+        player: who.
         time_s: when the rule for falls applied [s].
         reason: that rule, in words.
         blow_ns: largest blow within 1 s before; 0 without any [N s].
@@ -82,26 +82,25 @@ class Fall:
 
 def blows(contacts: Sequence[JudgedContact]) -> tuple[Blow, ...]:
     """The blows among judged contacts, by time of the first touch."""
-    by_attack: dict[int, list[JudgedContact]] = {}
+    by_attack: dict[tuple[int, int], list[JudgedContact]] = {}
     for one in contacts:
         if one.intended:
-            by_attack.setdefault(one.attack, []).append(one)
+            by_attack.setdefault((one.attack, one.struck), []).append(one)
     found = []
-    for attack, parts in by_attack.items():
-        struck = 1 - parts[0].attacker
-        # contacts hold the impulse of A on B
-        sign = 1.0 if struck == 1 else -1.0
+    for (attack, struck), parts in by_attack.items():
+        # contacts hold the impulse of their first body on their second
+        on = [np.array(one.impulse) * (1.0 if struck == one.bodies[1] else -1.0) for one in parts]
         found.append(
             Blow(
                 struck,
                 attack,
                 min(one.start_s for one in parts),
                 max(one.start_s + one.duration_s for one in parts),
-                sign * np.sum([one.impulse for one in parts], axis=0),
+                np.sum(on, axis=0),
                 all(one.verdict != "hit" for one in parts),
             )
         )
-    return tuple(sorted(found, key=lambda one: (one.start_s, one.attack)))
+    return tuple(sorted(found, key=lambda one: (one.start_s, one.attack, one.player)))
 
 
 def blow_before(found: Sequence[Blow], player: int, time_s: float) -> float:

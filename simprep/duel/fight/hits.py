@@ -19,17 +19,22 @@ ARMS = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forea
 
 @dataclass(frozen=True)
 class JudgedContact(BodyContact):
-    """A contact between fighters A (body 0) and B (body 1), and its verdict.
+    """A contact between two fighters, and its verdict.
 
     Attributes:
         verdict: `hit`: an attack that met what it aims at; `blocked`: one that met an arm; `unintended`: anything else.
-        attacker: 0 or 1, whose attack it was; -1 for nobody's.
+        attacker: whose attack it was, one of `bodies`; -1 for nobody's.
         attack: index of that action in the fight; -1 for none.
     """
 
     verdict: str = UNINTENDED
     attacker: int = NOBODY
     attack: int = NOBODY
+
+    @property
+    def struck(self) -> int:
+        """Whom an attack met, one of `bodies`; -1 for nobody."""
+        return NOBODY if self.attacker == NOBODY else sum(self.bodies) - self.attacker
 
     @property
     def intended(self) -> bool:
@@ -44,10 +49,10 @@ def striking_aspect(part: str) -> str:
 
 
 def judge(contacts: Sequence[BodyContact], fight: Fight) -> tuple[JudgedContact, ...]:
-    """The contacts of a run of both fighters, each with its verdict.
+    """The contacts of a run of all fighters, each with its verdict.
 
     `hit`: the striking segment of a limb that attacks at this time in the fight meets head, trunk or a leg; `blocked`:
-    it meets an arm; otherwise `unintended`. Where both attack, a hit counts before a block, then the attack that began
+    it meets an arm; otherwise `unintended`. Where both who touch attack, a hit counts before a block, then the attack that began
     first. (`simprep.metrics.interaction.overlap` counts the same of poses, where nothing stops a limb.)
     """
     characters = [motion.character for motion in fight.stream.players]
@@ -57,7 +62,7 @@ def judge(contacts: Sequence[BodyContact], fight: Fight) -> tuple[JudgedContact,
 def judge_actions(
     contacts: Sequence[BodyContact], actions: Sequence[FightAction], characters: Sequence[Character], fps: float
 ) -> tuple[JudgedContact, ...]:
-    """As `judge`, by the actions alone: of a fight that goes on."""
+    """As `judge`, by the actions alone: of a fight that goes on, of any number of fighters."""
     return tuple(_judged(contact, actions, characters, fps) for contact in contacts)
 
 
@@ -65,13 +70,14 @@ def _judged(
     contact: BodyContact, actions: Sequence[FightAction], characters: Sequence[Character], fps: float
 ) -> JudgedContact:
     claims = []
-    parts = [one.parts[one.segments.index(name)] for one, name in zip(characters, contact.parts, strict=True)]
+    bodies = [characters[number] for number in contact.bodies]
+    parts = [one.parts[one.segments.index(name)] for one, name in zip(bodies, contact.parts, strict=True)]
     whole = {one.name: getattr(contact, one.name) for one in fields(BodyContact)}
-    for player in (0, 1):
-        aspect = striking_aspect(parts[player])
+    for player, own, met in zip(contact.bodies, parts, reversed(parts)):
+        aspect = striking_aspect(own)
         index = _attack(actions, fps, player, aspect, contact.start_s) if aspect else NOBODY
         if index != NOBODY:
-            blocked = parts[1 - player] in ARMS
+            blocked = met in ARMS
             claims.append((blocked, actions[index].start, player, index))
     if not claims:
         return JudgedContact(**whole)

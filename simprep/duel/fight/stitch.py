@@ -59,7 +59,7 @@ class StitchSettings:
 
 DEFAULT_STITCH = StitchSettings()
 _PLANTING = PreparationSettings()
-PIVOTING, HEEL_UP, HEEL_S = 0.3, 0.18, 0.04
+PIVOTING, HEEL_UP, HEEL_S = 0.6, 0.18, 0.04
 """A standing foot that turns this fast [rad/s] or faster stands on its toe, the heel raised by this angle [rad] from so
 long before to so long after, and as smoothly [s]: the ball must be clear of the floor, or it rubs."""
 DEEP_M, SINK_S = 0.005, 0.1

@@ -15,18 +15,20 @@ from simprep.duel.model.fight_model import FightModel
 from simprep.duel.stream.stream import DuelStream
 from simprep.metrics.interaction.distributions import Distributions, distributions
 from simprep.metrics.interaction.run import RunMetrics, falls_of_run, run_metrics, simulated_stream
-from simprep.metrics.interaction.stream import InteractionMetrics, interaction_metrics, plain
+from simprep.metrics.interaction.stream import InteractionMetrics, facings, interaction_metrics, plain
 from simprep.physics.mpc import MpcSettings
 from simprep.physics.run import Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import simulate
 
 SCHEMA = "simprep.fight/1"
+STRIDE = 10
+"""Of the examples' frames every so many are looked at for their facing."""
 
 
 @dataclass(frozen=True)
 class FightResults:
-    """A fight and its measurements; without simulation the last five are None or empty.
+    """A fight and its measurements; without simulation the last seven may be None or empty.
 
     Attributes:
         fight: as synthesised.
@@ -38,6 +40,8 @@ class FightResults:
         contacts: between the fighters in it, judged.
         simulated: its metrics.
         falls: in it.
+        examples_facing_deg: `recorded_facing`, to read `facing_error_deg` and `facing_head_deg` beside; None: not known.
+        yardstick_s: what `simprep.physics.yardstick.Yardstick` takes beside it [s]; None: not measured.
     """
 
     fight: Fight
@@ -49,14 +53,15 @@ class FightResults:
     contacts: tuple[JudgedContact, ...] = ()
     simulated: RunMetrics | None = None
     falls: tuple[Fall, ...] = ()
+    yardstick_s: float | None = None
+    examples_facing_deg: dict[str, float] | None = None
 
     def headline(self) -> dict[str, Any]:
         """The numbers of `simprep fight --json`; None where one does not exist.
 
         Facing, answers and distances to the recorded stream are those of the fight as synthesised. Hits and how far
         strikes miss are those of the simulation, where there is one. Penetration of the poses is over the whole fight.
-        `pair_yardsticks` needs the yardstick, which the package does not have: `scripts/bench.py` and
-        `scripts/fight_physics_study.py` measure it.
+        `pair_yardsticks` is `s_per_s` in yardsticks, where one was measured (`yardstick_s`).
         """
         kinematic, run = self.kinematic, self.simulated
         simulated = None if run is None else run.simulated
@@ -82,7 +87,7 @@ class FightResults:
             "knock_downs_per_min": None if run is None else run.knock_downs_per_min,
             "strike_miss_mm": miss and miss.median,
             "reacted_share": None if run is None else plain(run.reacted_share),
-            "pair_yardsticks": None,
+            "pair_yardsticks": None if run is None or not self.yardstick_s else run.s_per_s / self.yardstick_s,
             "facing_head_deg": kinematic.head_facing_error_deg.median,
         }
 
@@ -100,6 +105,21 @@ def recorded_distributions(model: FightModel) -> Distributions:
     return distributions(
         model.stream, np.stack([actions.player, actions.start, actions.end, actions.clip], axis=1), actions.label
     )
+
+
+def recorded_facing(model: FightModel, first: int = 0) -> dict[str, float]:
+    """How far pelvises and heads turn away from the other in the examples themselves: medians [deg].
+
+    Args:
+        model: with its examples.
+        first: frame from which on they count.
+    """
+    stream = model.stream
+    players = [
+        replace(one, qpos=one.qpos[first::STRIDE], contacts=one.contacts[first::STRIDE]) for one in stream.players
+    ]
+    pelvis, head = facings(DuelStream((players[0], players[1])))
+    return {"pelvis": float(np.median(pelvis)), "head": float(np.median(head))}
 
 
 def evaluate_fight(
@@ -175,6 +195,8 @@ def fight_content(results: FightResults) -> dict[str, Any]:
         "mode": fight.mode,
         "seed": fight.seed,
         "duration_s": fight.stream.duration,
+        "yardstick_s": results.yardstick_s,
+        "examples_facing_deg": results.examples_facing_deg,
         "record": dict(fight.record),
         "actions": len(fight.actions),
         "kinematic": results.kinematic.as_dict(),

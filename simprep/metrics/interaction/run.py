@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from simprep.arrays import IntArray
+from simprep.arrays import BoolArray, IntArray
 from simprep.duel.fight.falls import BLOW_NS, KNOCK_DOWN_S, Blow, Fall, blow_before, blows
 from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.hits import GRACE_S, judge
@@ -44,6 +44,23 @@ contacts of synthesised fights (96 % of the frames) and the measured ones of sim
 
 
 @dataclass(frozen=True)
+class FighterErrors:
+    """MPJPE of one fighter against what it tracked, where it touches another and where not [mm]; NaN without such frames.
+
+    Attributes:
+        touching_mm: root-relative, in frames in which the fighters overlap or touch in the simulation.
+        touching_global_mm: the same, global.
+        apart_mm: root-relative, in all others.
+        apart_global_mm: the same, global.
+    """
+
+    touching_mm: float
+    touching_global_mm: float
+    apart_mm: float
+    apart_global_mm: float
+
+
+@dataclass(frozen=True)
 class RunMetrics:
     """Numbers of a simulated fight.
 
@@ -60,8 +77,12 @@ class RunMetrics:
         foot_slip_ratio: slip of the simulated over that of the tracked feet (`simprep.metrics.contact.slip_ratio`). Both
             feet stand by one rule, that of heights and speeds (`simprep.motion.contacts`). Where what was tracked was
             moved to where the bodies are, it is taken without these moves.
-        slip_mm_per_stance: (tracked, simulated) slip of a stance by that rule [mm].
+        slip_mm_per_stance: (tracked without these moves, simulated) slip of a stance by that rule [mm].
+        moved_slip_ratio: as `foot_slip_ratio`, but of what was tracked with these moves, whose standing feet move too.
+        moved_slip_mm: slip of a stance of what was tracked, moves included, by that rule [mm].
         mpjpe_calm_mm: root-relative MPJPE outside the 0.5 s after a blow of 5 N s or more, while nobody is down [mm].
+        fighters: errors of each fighter, with and without contact between them; empty where `simulated` is None.
+        touching_share: share of the frames with such a contact.
         contacts: number of recorded contacts by verdict, part by part (an attack that lands makes several).
         impulse_ns: of the contacts [N s]; None without any.
         blows: number of blows of 5 N s or more: all contacts of one attack are one blow.
@@ -80,7 +101,11 @@ class RunMetrics:
     penetration_before: Depths
     foot_slip_ratio: float
     slip_mm_per_stance: tuple[float, float]
+    moved_slip_ratio: float
+    moved_slip_mm: float
     mpjpe_calm_mm: float
+    fighters: tuple[FighterErrors, ...]
+    touching_share: float
     contacts: dict[str, int]
     impulse_ns: Percentiles | None
     blows: int
@@ -135,18 +160,25 @@ def run_metrics(
     }
     finite = all(np.isfinite(one.qpos).all() for one in run.bodies)
     if run.end_s < SHORTEST_S or not finite:
-        nothing: dict[str, Any] = {"slip_mm_per_stance": (math.nan, math.nan), "mpjpe_calm_mm": math.nan}
-        return RunMetrics(simulated=None, foot_slip_ratio=math.nan, **nothing, **computed)
+        missing = ("foot_slip_ratio", "moved_slip_ratio", "moved_slip_mm", "mpjpe_calm_mm", "touching_share")
+        nothing: dict[str, Any] = dict.fromkeys(missing, math.nan)
+        return RunMetrics(simulated=None, slip_mm_per_stance=(math.nan, math.nan), fighters=(), **nothing, **computed)
     stream, reference = simulated_stream(run, fight)
     table, codes = fight_so_far(fight, len(stream))
     found = interaction_metrics(stream, table, codes, recorded, reference)
     landed = count_hits(recorded_contacts(contacts, stream), stream, table, codes, GRACE_S)
     simulated = replace(found, penetration=depths(run.overlap), hits=landed)
-    slips = [stream_slip(by_one_rule(one)) for one in (reference if resting is None else resting, stream)]
+    touching = _touching(run, len(stream), stream.fps)
+    moved, own = (stream_slip(by_one_rule(one)) for one in (reference, stream))
+    still = moved if resting is None else stream_slip(by_one_rule(resting))
     return RunMetrics(
         simulated=simulated,
-        foot_slip_ratio=slip_ratio(slips[1], slips[0]),
-        slip_mm_per_stance=(slips[0].mm_per_stance, slips[1].mm_per_stance),
+        foot_slip_ratio=slip_ratio(own, still),
+        slip_mm_per_stance=(still.mm_per_stance, own.mm_per_stance),
+        moved_slip_ratio=slip_ratio(own, moved),
+        moved_slip_mm=moved.mm_per_stance,
+        fighters=tuple(_errors_by_contact(*pair, touching) for pair in zip(stream.players, reference.players)),
+        touching_share=float(touching.mean()),
         mpjpe_calm_mm=_calm_error(stream, reference, struck, fallen),
         **computed,
     )
@@ -171,6 +203,27 @@ def by_one_rule(stream: DuelStream) -> DuelStream:
         for motion in stream.players
     )
     return replace(stream, players=(first, second))
+
+
+def _touching(run: Run, frames: int, fps: float) -> BoolArray:
+    """Frames (T,) of a fight in which any two fighters touch in the simulation; breaks of 1/60 s are no end."""
+    times, out = np.arange(frames) / fps, np.zeros(frames, dtype=bool)
+    for one in run.contacts:
+        out |= (times >= one.start_s - 0.5 / fps) & (times <= one.start_s + one.duration_s + 0.5 / fps)
+    return out
+
+
+def _errors_by_contact(own: Motion, wanted: Motion, touching: BoolArray) -> FighterErrors:
+    """See `FighterErrors`."""
+    found: list[float] = []
+    for rows in (touching, ~touching):
+        if rows.any():
+            pair = [forward_kinematics(one.qpos[: len(rows)][rows], own.character).xpos for one in (own, wanted)]
+            errors = position_errors(*pair)
+            found += [errors["mpjpe_mm"], errors["g_mpjpe_mm"]]
+        else:
+            found += [math.nan, math.nan]
+    return FighterErrors(*found)
 
 
 def _calm_error(stream: DuelStream, reference: DuelStream, struck: Sequence[Blow], falls: Sequence[Fall]) -> float:

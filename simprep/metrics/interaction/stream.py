@@ -152,19 +152,16 @@ def interaction_metrics(
     inside = overlaps(stream)
     floor = np.max([floor_penetration(motion) for motion in stream.players], axis=0)
     errors = _errors(stream, reference, [one.xpos for one in bodies])
-    facing, misses = facing_error(stream), strike_misses(stream, table, codes)
     characters = [motion.character for motion in stream.players]
-    pelvis, head = (
-        np.stack([yaw(one.xquat[:, own.segment(role)]) for one, own in zip(bodies, characters)], axis=1)
-        for role in ("pelvis", "head")
-    )
+    pelvis, head = facings(stream, [one.xquat for one in bodies])
+    misses = strike_misses(stream, table, codes)
     return InteractionMetrics(
         duration_s=stream.duration,
         penetration=depths(inside.deepest),
         ground_penetration=depths(floor),
         feet=_feet(stream),
-        facing_error_deg=percentiles(np.degrees(np.abs(facing))),
-        head_facing_error_deg=percentiles(np.degrees(np.abs(wrap_angle(facing + pelvis - head)))),
+        facing_error_deg=percentiles(pelvis),
+        head_facing_error_deg=percentiles(head),
         distance_m=percentiles(root_distance(stream)),
         reactions=reactions(table, codes, stream.bounds, stream.fps),
         hits=count_hits(inside, stream, table, codes),
@@ -174,6 +171,23 @@ def interaction_metrics(
         mpjpe_mm=errors.get("mpjpe_mm", math.nan),
         js={} if recorded is None else js_distances(distributions(stream, table, codes), recorded),
     )
+
+
+def facings(stream: DuelStream, rotations: Sequence[FloatArray] | None = None) -> tuple[FloatArray, FloatArray]:
+    """Angles (T, 2) by which pelvises and heads turn away from the other's root, their sizes [deg].
+
+    Args:
+        stream: two people.
+        rotations: (T, segments, 4) of both bodies' segments, where already known.
+    """
+    if rotations is None:
+        rotations = [one.xquat for one in stream_kinematics(stream)]
+    pelvis, head = (
+        np.stack([yaw(one[:, own.character.segment(role)]) for one, own in zip(rotations, stream.players)], axis=1)
+        for role in ("pelvis", "head")
+    )
+    facing = facing_error(stream)
+    return np.degrees(np.abs(facing)), np.degrees(np.abs(wrap_angle(facing + pelvis - head)))
 
 
 def falls_per_minute(ends: Sequence[tuple[str, float]]) -> float:

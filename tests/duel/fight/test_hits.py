@@ -6,8 +6,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from simprep.duel.fight.falls import blows
 from simprep.duel.fight.fight import Fight, FightAction
-from simprep.duel.fight.hits import BLOCKED, GRACE_S, HIT, NOBODY, UNINTENDED, judge
+from simprep.duel.fight.hits import BLOCKED, GRACE_S, HIT, NOBODY, UNINTENDED, judge, judge_actions
 from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import UnknownNameError
@@ -68,6 +69,26 @@ def test_verdicts(time: float, part_a: str, part_b: str, verdict: str, attacker:
     assert (judged.verdict, judged.attacker, judged.attack) == (verdict, attacker, attack)
     assert judged.intended == (verdict != UNINTENDED)
     assert judged.impulse_ns == 5.0
+
+
+def test_of_three_fighters_one_attack_may_strike_two() -> None:
+    punch = FightAction(2, 60, 90, Label(move="F-F", left_punch="fwd").code)
+    idle = [FightAction(player, 0, 180, Label(move="F-F").code) for player in (0, 1)]
+    touches = [
+        replace(contact(1.2, "head", "left_hand"), bodies=(1, 2)),  # C strikes B ...
+        replace(contact(1.3, "thorax", "left_hand"), bodies=(0, 2)),  # ... and A
+        contact(1.4, "left_hand", "right_hand"),  # A and B touch
+    ]
+    judged = judge_actions(touches, [*idle, punch], [humanoid()] * 3, FPS)
+    assert [(one.verdict, one.attacker, one.struck) for one in judged] == [
+        (HIT, 2, 1),
+        (HIT, 2, 0),
+        (UNINTENDED, NOBODY, NOBODY),
+    ]
+    found = blows(judged)
+    assert [(one.player, one.attack) for one in found] == [(1, 2), (0, 2)]
+    # contacts hold what the first body does to the second: the struck one gets the opposite
+    np.testing.assert_allclose(found[0].impulse, [-3.0, 0.0, -4.0])
 
 
 def renamed() -> mujoco.MjSpec:

@@ -8,7 +8,9 @@ import mujoco
 import numpy as np
 from mujoco.batch import Batch
 
-YARDSTICK = Path(__file__).parents[1] / "yardstick.xml"
+from simprep.arrays import FloatArray
+
+YARDSTICK = Path(__file__).parent / "yardstick.xml"
 YARDSTICK_STEPS, YARDSTICK_BATCH, YARDSTICK_THREADS = 100_000, 28, 2
 YARDSTICK_ROLLOUT = 60
 """Steps from standing until the batch begins again [1]: half a second, the planner's look-ahead."""
@@ -34,13 +36,14 @@ class Yardstick:
         self._at_rest = [self.batch.bind(name) for name in ("qvel", "qacc_warmstart", "time")]
         self._control = np.zeros((YARDSTICK_BATCH, YARDSTICK_ROLLOUT, self.model.nu))
 
-    def rollout(self) -> np.ndarray:
+    def rollout(self) -> FloatArray:
         """One rollout of the batch; (YARDSTICK_BATCH, YARDSTICK_ROLLOUT, nq) poses after every step."""
         self._qpos[:] = self.model.qpos0
         for state in self._at_rest:
             state[:] = 0.0
         spec = mujoco.mjtState.mjSTATE_CTRL
-        return self.batch.rollout(YARDSTICK_ROLLOUT, control=self._control, control_spec=spec, record=("qpos",))["qpos"]
+        record = self.batch.rollout(YARDSTICK_ROLLOUT, control=self._control, control_spec=spec, record=("qpos",))
+        return np.asarray(record["qpos"])
 
     def seconds(self) -> float:
         """How long YARDSTICK_STEPS steps take [s]."""
