@@ -4,9 +4,10 @@ Example: python scripts/experiment_two_opponents.py --seeds 10 -o results/two_op
 
 Opponents are moving sources of influence (points at striking distance before them that come up and stop), each with the
 punch that meets it; both count, by time to contact. Where they start, how fast they come and the phase of the walk vary with the seed.
-In the pictures they are people who walk up and jab, built-in motions along the way of the sources. These are drawn only: no
-physics acts on them, nothing collides with them, and they do not react to the character.
-Three arms, simulated with mpc; finished cases are kept in OUT/cases and not run again. About 1 minute per seed on 2 free
+They are people who walk up and jab, built-in motions along the way of the sources. No physics acts on them and they do not react.
+The nearer one is placed so that the fist, as synthesised, meets trunk or head at the impact. Whether the simulated fist meets
+them is counted by distance: nothing collides with them.
+Three arms, simulated with mpc; finished cases are kept in OUT/cases and not run again. About 20 seconds per seed on 2 free
 cores.
 """
 
@@ -60,6 +61,7 @@ def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
         tasks=(Task((float(goal[0]), float(goal[1])), punch, tuple(influences), meet=True),),
         place=(0.0, 0.0, float(rng.uniform(-0.3, 0.3))),
         frame=int(rng.integers(64)),
+        blows={0: (f"{punch.removeprefix('punch_')}_hand", 0)},
         drawn={"starts_m": starts.tolist(), "speeds_m_s": speeds.tolist(), "punch": punch},
     )
 

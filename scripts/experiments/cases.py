@@ -7,36 +7,48 @@ a target at its reference posture, since what is compared is launching it now. W
 """
 
 import json
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from time import perf_counter
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
 
-from experiments.props import miss_m
+from experiments.placing import RIGHT, Gate, as_thing, fist_ways, place_gates, place_kick, place_opponent, walked
+from experiments.props import STRIKES_S, miss_m
+from experiments.world import as_arrays, fastest_m_s, moved_m, simulate_among
 from simprep import __version__
+from simprep.app.aiming import strike_frame
+from simprep.controller.graph import build_graph
 from simprep.controller.policy import Policy
-from simprep.controller.runtime.approach import Approach, approach
+from simprep.controller.runtime.approach import Approach
+from simprep.controller.runtime.locomotion import CoreNodes
 from simprep.controller.runtime.performer import RuntimeSettings
 from simprep.controller.runtime.task import Task, World
 from simprep.controller.runtime.world import library_world
+from simprep.files import atomic_path
 from simprep.metrics.evaluate import evaluate_motion, evaluate_run
-from simprep.motion.edit import cut
+from simprep.motion.edit import cut, move
+from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.store import read_motion, save_motion
-from simprep.physics.simulate import track
+from simprep.report.replay.actor import Prop
 from simprep.report.results import save_json
 from simprep.scene import Obstacle
 
 ARMS = ("none", "blended", "optimised")
 BASELINE = "none"
-CASE_SCHEMA = "simprep.experiment_case/1"
+CASE_SCHEMA = "simprep.experiment_case/2"
 LAUNCH_METRICS = (
     "peak_acceleration_rad_s2", "peak_jerk_rad_s3", "peak_rms_acceleration_rad_s2", "peak_torque_nm", "peak_torque_share",
 )  # fmt: skip
-WINDOW_BEFORE_S, WINDOW_AFTER_S = 1.0, 1.2
+PEOPLE_S = 12.0
+"""How long the motions of the people around the character are [s]."""
+BALL_FLIES_M_S = 0.5
+"""A ball that gets faster was struck."""
+BAR_STAYS_MM = 20.0
+"""A bar that moves less was not knocked down."""
 _SURVIVED_S = 0.5
 
 Progress = Callable[[str, int, int], None]
@@ -50,9 +62,11 @@ class Setting:
         tasks: what to do.
         place: (x, y [m], heading [rad]) at the beginning.
         frame: of the walk to begin with.
-        things: what is drawn in the film strip; nothing collides with it.
+        things: what stands around; those with a mass move when they are hit.
         drawn: the numbers drawn, for the record.
         strikes: of a task by its number, the segment that shall strike and the name of the thing that it shall strike.
+        gates: of each task, the gate that it leads through.
+        blows: of a task by its number, the hand that shall strike and the number of the person.
     """
 
     tasks: tuple[Task, ...]
@@ -61,13 +75,15 @@ class Setting:
     things: tuple[Obstacle, ...] = ()
     drawn: Mapping[str, Any] = field(default_factory=dict)
     strikes: Mapping[int, tuple[str, str]] = field(default_factory=dict)
+    gates: tuple[Gate, ...] = ()
+    blows: Mapping[int, tuple[str, int]] = field(default_factory=dict)
 
     def struck(self, number: int) -> tuple[str, Obstacle] | None:
         """The segment that shall strike in a task, and the thing; None where nothing shall be struck."""
         if number not in self.strikes:
             return None
         segment, name = self.strikes[number]
-        return segment, next(thing for thing in self.things if thing.name == name)
+        return segment, as_thing(self.things, name)
 
 
 @dataclass(frozen=True)
@@ -79,19 +95,35 @@ class Experiment:
         title: one line.
         targets: names of the target motions that it needs.
         draw: a task from a generator seeded with the seed, given the target motions by name.
-        windows: False simulates the whole motion; True, for long ones, a window around each launch (1 s before to
-            1.2 s after), each begun on the motion itself, and the whole motion only for the first seed.
         tail_s: how long the last target is followed after its launch [s].
-        people: the others in the pictures, from time 0 for a duration [s]; drawn only, nothing simulates them.
+        people: the others, from time 0 for a duration [s]; built-in motions, nothing simulates them.
+        own: target motions that the library does not have, by name.
     """
 
     name: str
     title: str
     targets: tuple[str, ...]
     draw: Callable[[np.random.Generator, Mapping[str, Motion]], Setting]
-    windows: bool = False
     tail_s: float = 2.5
     people: Callable[[Setting, float], tuple[Motion, ...]] | None = None
+    own: Mapping[str, Motion] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A task, placed by what its target would miss (`experiments.placing`).
+
+    Attributes:
+        setting: where it begins now.
+        approach: the motion, before physics.
+        people: the others, where there are any.
+        numbers: how far things were moved, and what is still missed.
+    """
+
+    setting: Setting
+    approach: Approach
+    people: tuple[Motion, ...] = ()
+    numbers: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -150,20 +182,37 @@ def run_cases(
 
 def build_worlds(experiment: Experiment, policy: Policy | None = None) -> dict[str, World]:
     """The world of each arm."""
-    base = library_world(experiment.targets, policy=policy)
+    base = library_world([name for name in experiment.targets if name not in experiment.own], policy=policy)
+    if experiment.own:
+        cores = {name: cycle.motion for name, cycle in base.cores.cycles.items()}
+        targets = {**base.targets, **experiment.own}
+        graph = build_graph(list(cores.values()), targets.values())
+        base = replace(base, targets=targets, graph=graph, cores=CoreNodes(cores, graph))
     return {
-        arm: World(
-            base.cores, base.targets, base.graph, base.policy, base.action_frames,
-            RuntimeSettings(optimise=arm == "optimised"), prepare=arm != BASELINE,
-        )
+        arm: replace(base, settings=RuntimeSettings(optimise=arm == "optimised"), prepare=arm != BASELINE)
         for arm in ARMS
-    }  # fmt: skip
+    }
 
 
-def make_approach(experiment: Experiment, seed: int, world: World) -> tuple[Setting, Approach]:
-    """The motion of one case, before physics."""
+def make_approach(experiment: Experiment, seed: int, world: World) -> Placed:
+    """The motion of one case, before physics, placed so that its targets meet what they are for."""
     setting = experiment.draw(np.random.default_rng(seed), world.targets)
-    return setting, approach(world, setting.tasks, setting.place, "walk", setting.frame)
+    numbers: Mapping[str, Any] = {}
+    if setting.strikes:
+        ball = setting.struck(0)
+        assert ball is not None
+        setting, result, numbers = place_kick(setting, world, ball[1].position)
+    elif setting.gates:
+        setting, result, numbers = place_gates(setting, world, setting.gates)
+    else:
+        result = walked(setting, world)
+    people = experiment.people(setting, PEOPLE_S) if experiment.people else ()
+    for hand, number in setting.blows.values():
+        shift = place_opponent(result, people[number], hand)
+        there = move(people[number], (float(shift[0]), float(shift[1])))
+        people = (*people[:number], there, *people[number + 1 :])
+        numbers = {**numbers, "opponent_shift_m": float(np.linalg.norm(shift))}
+    return Placed(setting, result, people, numbers)
 
 
 def run_case(experiment: Experiment, key: CaseKey, world: World, folder: Path) -> dict[str, Any]:
@@ -172,47 +221,31 @@ def run_case(experiment: Experiment, key: CaseKey, world: World, folder: Path) -
     Returns:
         JSON content: `approach`, and `rows`, one per launch: metrics of the simulated motion around it.
     """
-    begun = perf_counter()
-    setting, result = make_approach(experiment, key.seed, world)
+    begun, processor = perf_counter(), process_time()
+    placed = make_approach(experiment, key.seed, world)
+    setting, result = placed.setting, placed.approach
     motion = result.motion
     fps = motion.fps
     if result.launches:
         end = min(len(motion), result.launches[-1] + round(experiment.tail_s * fps) + 1)
         motion = cut(motion, 0, end)
+    run, props = simulate_among(motion, setting.things, key.seed)
+    simulated = run.simulated_motion()
+    if key.seed == 0:
+        _keep(folder, key, motion, simulated, props)
     rows = []
-    spans = [(0, len(motion), list(range(len(result.launches))))]
-    if experiment.windows:
-        spans = [
-            (max(0, at - round(WINDOW_BEFORE_S * fps)), min(len(motion), at + round(WINDOW_AFTER_S * fps)), [number])
-            for number, at in enumerate(result.launches)
-        ]
-    whole: dict[str, Any] = {}
-    for first, after, numbers in spans:
-        run = track(cut(motion, first, after), "mpc", key.seed)
-        if not experiment.windows:
-            whole = {"end": run.end, "survived_s": run.end_s, "wall_s": run.wall_s}
-            _keep_motions(folder, key, motion, run.simulated_motion())
-        for number in numbers:
-            launch_s = (result.launches[number] - first) / fps
-            measured = evaluate_run(run, launch_s)
-            row: dict[str, Any] = {
-                "target": f"{number + 1}_{setting.tasks[number].target}", "alpha": 1.0, "arm": key.arm, "controller": "mpc",
-                "seed": key.seed, "alpha_in_effect": float(result.level[result.launches[number] - 1]),
-                **measured, "launch_s": launch_s, "success": run.end_s >= launch_s + _SURVIVED_S, "run_success": measured["success"],
-            }  # fmt: skip
-            before = evaluate_motion(cut(motion, first, after), launch_s)
-            row["before_physics"] = {name: before[name] for name in LAUNCH_METRICS}
-            if struck := setting.struck(number):
-                for where, played in (
-                    (row, run.simulated_motion()),
-                    (row["before_physics"], cut(motion, first, after)),
-                ):
-                    where["miss_mm"] = 1000 * miss_m(played, *struck, launch_s)
-            rows.append(row)
-    if experiment.windows and key.seed == 0:
-        run = track(motion, "mpc", key.seed)
-        whole = {"end": run.end, "survived_s": run.end_s, "wall_s": run.wall_s}
-        _keep_motions(folder, key, motion, run.simulated_motion())
+    for number, at in enumerate(result.launches):
+        launch_s = at / fps
+        measured = evaluate_run(run, launch_s)
+        before = evaluate_motion(motion, launch_s)
+        row: dict[str, Any] = {
+            "target": f"{number + 1}_{setting.tasks[number].target}", "alpha": 1.0, "arm": key.arm, "controller": "mpc",
+            "seed": key.seed, "alpha_in_effect": float(result.level[at - 1]),
+            **measured, "launch_s": launch_s, "success": run.end_s >= launch_s + _SURVIVED_S, "run_success": measured["success"],
+        }  # fmt: skip
+        row["before_physics"] = {name: before[name] for name in LAUNCH_METRICS}
+        row |= strike_numbers(placed, number, motion, simulated, props, launch_s)
+        rows.append(row)
     return {
         "schema": CASE_SCHEMA,
         "simprep": __version__,
@@ -220,6 +253,7 @@ def run_case(experiment: Experiment, key: CaseKey, world: World, folder: Path) -
         "seed": key.seed,
         "arm": key.arm,
         "drawn": dict(setting.drawn),
+        "placed": dict(placed.numbers),
         "approach": {
             "reached": result.reached,
             "time_s": result.time_s,
@@ -230,10 +264,70 @@ def run_case(experiment: Experiment, key: CaseKey, world: World, folder: Path) -
             "launch_s": [at / fps for at in result.launches],
             "launches_wanted": len(setting.tasks),
         },
-        "whole": whole,
+        "whole": {"end": run.end, "survived_s": run.end_s, "wall_s": run.wall_s},
         "rows": rows,
         "wall_s": perf_counter() - begun,
+        "processor_s": process_time() - processor,
     }
+
+
+def strike_numbers(
+    placed: Placed, number: int, motion: Motion, simulated: Motion, props: Mapping[str, Prop], launch_s: float
+) -> dict[str, Any]:
+    """What the target of a launch does to the thing, the person or the gate that it is for.
+
+    Args:
+        placed: the case.
+        number: of the launch.
+        motion: before physics.
+        simulated: after it.
+        props: things that moved.
+        launch_s: of the launch [s].
+
+    Returns:
+        `strike_miss_mm` (middle of the sole to the ball's centre) and `miss_mm` (between the surfaces), each with
+        `..._before_physics`, `met`, and what else belongs to the thing. Empty where the target is for nothing.
+    """
+    setting = placed.setting
+    out: dict[str, Any] = {}
+    if struck := setting.struck(number):
+        segment, ball = struck
+        out["miss_mm"] = 1000 * miss_m(simulated, segment, ball, launch_s)
+        out["miss_before_physics_mm"] = 1000 * miss_m(motion, segment, ball, launch_s)
+        strike_s = strike_frame(motion, RIGHT) / motion.fps
+        for name, played in (("strike_miss_mm", simulated), ("strike_miss_before_physics_mm", motion)):
+            out[name] = 1000 * sole_to(played, ball.position, strike_s)
+        out["moment_s"] = strike_s
+        out["ball_speed_m_s"] = fastest_m_s(props[ball.name])
+        out["met"] = out["miss_mm"] == 0 and out["ball_speed_m_s"] > BALL_FLIES_M_S
+    if number in setting.blows:
+        hand, whom = setting.blows[number]
+        first = round(launch_s * motion.fps)
+        after = first + round(STRIKES_S * motion.fps)
+        for name, played in (("miss_mm", simulated), ("miss_before_physics_mm", motion)):
+            scale = played.fps / motion.fps
+            ways = fist_ways(played, placed.people[whom], hand, round(first * scale), round(after * scale))
+            out[name] = 1000 * max(0.0, min((way for way, _ in ways), default=np.nan))
+        out["moment_s"] = motion.events["impact"] / motion.fps if "impact" in motion.events else launch_s
+        out["met"] = out["miss_mm"] == 0
+    if setting.gates:
+        gate = setting.gates[number]
+        x = simulated.qpos[:, 0]
+        passed = np.flatnonzero((x > gate.x) & (np.arange(len(x)) >= launch_s * simulated.fps))
+        out["moment_s"] = float(passed[0] / simulated.fps) if len(passed) else launch_s + STRIKES_S
+        out["bar_moved_mm"] = 1000 * moved_m(props[f"{gate.name}_bar"])
+        out["passed"] = bool(len(passed))
+        out["met"] = bool(len(passed)) and out["bar_moved_mm"] < BAR_STAYS_MM
+    return out
+
+
+def sole_to(motion: Motion, place: Sequence[float], time: float) -> float:
+    """Distance of the middle of the right sole to a place at an instant [m]; NaN where the motion is over."""
+    frame = round(time * motion.fps)
+    if frame >= len(motion):
+        return float("nan")
+    points = forward_kinematics(motion.qpos[frame : frame + 1], motion.character).foot_points
+    return float(np.linalg.norm(points[0, RIGHT].mean(axis=0) - np.asarray(place)))
 
 
 def kept_motions(folder: Path, arm: str) -> tuple[Motion, Motion] | None:
@@ -244,10 +338,24 @@ def kept_motions(folder: Path, arm: str) -> tuple[Motion, Motion] | None:
     return read_motion(paths[0]), read_motion(paths[1])
 
 
-def _keep_motions(folder: Path, key: CaseKey, motion: Motion, simulated: Motion) -> None:
-    if key.seed == 0:
-        for kind, content in (("synthesised", motion), ("simulated", simulated)):
-            save_motion(content, folder / "motions" / f"{key.slug}_{kind}.npz")
+def kept_props(folder: Path, arm: str, things: Sequence[Obstacle]) -> tuple[Prop, ...]:
+    """The things that moved in the first seed's simulation; empty where they were not kept."""
+    path = folder / "motions" / f"{CaseKey(0, arm).slug}_things.npz"
+    if not path.exists():
+        return ()
+    with np.load(path, allow_pickle=False) as content:
+        fps = float(content["fps"])
+        names = [name for name in content.files if name != "fps"]
+        return tuple(Prop(as_thing(things, n), content[n][:, :3], fps, content[n][:, 3:]) for n in names)
+
+
+def _keep(folder: Path, key: CaseKey, motion: Motion, simulated: Motion, props: Mapping[str, Prop]) -> None:
+    for kind, content in (("synthesised", motion), ("simulated", simulated)):
+        save_motion(content, folder / "motions" / f"{key.slug}_{kind}.npz")
+    if props:
+        fps = next(iter(props.values())).fps
+        with atomic_path(folder / "motions" / f"{key.slug}_things.npz") as path, path.open("wb") as file:
+            np.savez_compressed(file, fps=np.array(fps), **as_arrays(props))
 
 
 def _known(path: Path, experiment: Experiment, key: CaseKey) -> dict[str, Any] | None:

@@ -1,9 +1,4 @@
-"""What a motion does to a ball: how near its striking part comes, and how the ball flies.
-
-The ball hangs where it is until it is touched. Then it bounces off the part as off a wall that moves: it gets the part's speed
-along the normal of the contact, and `RESTITUTION` of it on top, and flies on under gravity. It does not push back: a ball of
-0.4 kg changes the speed of a leg little. So a kicked ball can be shown and its flight told, and the body's simulation stays as it is.
-"""
+"""How near a part of the body comes to a thing."""
 
 from dataclasses import dataclass
 
@@ -12,14 +7,8 @@ import numpy as np
 
 from simprep.arrays import FloatArray
 from simprep.motion.motion import Motion
-from simprep.report.replay.actor import Prop
 from simprep.scene import Obstacle, SceneSettings, scene_spec
 
-RESTITUTION = 0.5
-"""Of a ball against a foot."""
-BOUNCE = 0.6
-"""Share of its vertical speed that a ball keeps at the floor."""
-GRAVITY = 9.81
 STRIKES_S = 1.2
 """A strike is looked for so long after its launch [s]."""
 FARTHEST_M = 5.0
@@ -86,36 +75,6 @@ def miss_m(motion: Motion, segment: str, thing: Obstacle, launch_s: float) -> fl
     if first >= len(motion):
         return float("nan")
     return nearest_pass(motion, segment, thing, first, first + round(STRIKES_S * motion.fps)).miss_m
-
-
-def flight(motion: Motion, segment: str, ball: Obstacle, first: int = 0, after: int | None = None) -> Prop:
-    """Where a ball is while a motion goes on.
-
-    Args:
-        motion: the motion, simulated or not.
-        segment: what may strike it.
-        ball: the ball, where it hangs.
-        first: of the frames in which it may be struck.
-        after: behind the last of them; None for all.
-
-    Returns:
-        Its positions at the motion's frames.
-    """
-    meets = nearest_pass(motion, segment, ball, first, after)
-    positions = np.repeat(np.array(ball.position, dtype=np.float64)[None], len(motion), axis=0)
-    speed = float(meets.velocity @ meets.normal)
-    if not meets.touches or speed <= 0:
-        return Prop(ball, positions, motion.fps)
-    velocity = (1 + RESTITUTION) * speed * meets.normal
-    place, step = positions[0].copy(), 1 / motion.fps
-    for frame in range(meets.frame + 1, len(motion)):
-        place += velocity * step - [0, 0, GRAVITY * step * step / 2]
-        velocity = velocity - [0, 0, GRAVITY * step]
-        if place[2] < ball.half_size[0] and velocity[2] < 0:
-            place[2] = ball.half_size[0]
-            velocity = velocity * [1, 1, -BOUNCE]
-        positions[frame] = place
-    return Prop(ball, positions, motion.fps)
 
 
 def _velocity(model: mujoco.MjModel, motion: Motion, body: int, frame: int, point: FloatArray) -> FloatArray:

@@ -1,6 +1,7 @@
 """What an experiment writes: metrics.json with paired differences, film strips, plans; and the command line of its script."""
 
 import argparse
+import json
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -13,14 +14,15 @@ from rich.table import Table
 from experiments.cases import (
     ARMS,
     LAUNCH_METRICS,
+    CaseKey,
     Experiment,
-    Setting,
+    Placed,
     build_worlds,
     kept_motions,
+    kept_props,
     make_approach,
     run_cases,
 )
-from experiments.props import STRIKES_S, flight
 from simprep.errors import MissingExtraError, SimprepError
 from simprep.metrics.paired import paired_differences
 from simprep.motion.motion import Motion
@@ -29,29 +31,28 @@ from simprep.report.figures import COLOURS
 from simprep.report.film_strip import Row, StripSettings, save_film_strip
 from simprep.report.gl import NoGlError
 from simprep.report.page import REPORT_FILE, Page, save_page
-from simprep.report.replay.actor import Actor, Replay
+from simprep.report.replay.actor import Actor, Prop, Replay
 from simprep.report.results import provenance, save_json
 from simprep.scene import Obstacle, SceneSettings
 
-SCHEMA = "simprep.experiment/1"
-STRIKE_FRAMES = 24
-"""Frames after the launch at which the film strip shows a target that marks no impact."""
+SCHEMA = "simprep.experiment/2"
 BOOTSTRAP_SEED = 2013
-PEOPLE_S = 12.0
-"""How long the motions of the people around the character are [s]."""
 WITH_PEOPLE: dict[str, Any] = {
     "width_px": 280,
     "azimuth_deg": 90.0,
     "elevation_deg": -20.0,
-    "note": "The opponents (one colour each) are drawn only: built-in walk and jabs, played along the paths of the sources of "
-    "influence; no physics, nothing collides with them. Each picture is as wide as it takes to show everybody.",
+    "note": "The opponents (one colour each) are built-in walk and jabs, played along the paths of the sources of influence; no physics, "
+    "nothing collides with them. Each picture is as wide as it takes to show everybody.",
 }
 """Wider pictures, and what they say, where people are around the character."""
 REPLAY_LEGEND = (
-    "Solid is what was simulated, pale grey its reference. A ball that is struck gets the foot's speed along the normal of the contact "
-    "and half of it more, and flies on; it does not push back. Nothing else around the body collides."
+    "Solid is what was simulated, pale grey its reference. Balls and bars are simulated too. Opponents are shown only; nothing collides "
+    "with them."
 )
 COMPARISONS = (("blended", "none"), ("optimised", "none"), ("optimised", "blended"))
+MISSES = (
+    "miss_mm", "miss_before_physics_mm", "strike_miss_mm", "strike_miss_before_physics_mm", "ball_speed_m_s", "bar_moved_mm",
+)  # fmt: skip
 METRICS = (*LAUNCH_METRICS, "success", "mpjpe_mm", "torque_rms_nm")
 LABELS = {"none": "no preparation (plain graph)", "blended": "preparation", "optimised": "preparation + optimisation"}
 
@@ -80,9 +81,14 @@ def summarise(cases: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
             "whole_done": sum(case["whole"].get("end") == "done" for case in own),
             "whole_simulated": sum(bool(case["whole"]) for case in own),
             **{name: _median(good, name) for name in (*LAUNCH_METRICS, "alpha_in_effect", "mpjpe_mm")},
-            "strikes_met": sum(row["miss_mm"] == 0 for row in launches if "miss_mm" in row),
-            "strikes": sum("miss_mm" in row for row in launches),
-            "miss_mm": _median(launches, "miss_mm"),
+            "met": sum(bool(row["met"]) for row in launches if "met" in row),
+            "to_meet": sum("met" in row for row in launches),
+            "met_by_target": {
+                name: f"{sum(bool(row['met']) for row in launches if row['target'] == name and 'met' in row)}/"
+                f"{sum(row['target'] == name for row in launches)}"
+                for name in sorted({row["target"] for row in launches})
+            },
+            **{name: _median(launches, name) for name in MISSES},
             "max_alpha_jump": max((case["approach"]["max_alpha_jump"] for case in own), default=None),
             "duration_s": _median([case["approach"] for case in own], "duration_s"),
         }
@@ -118,24 +124,23 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
     longest = 0.0
     moments: list[float] = []  # of every arm, so that each shows its targets
     for arm in ARMS:
-        setting, result = make_approach(experiment, 0, worlds[arm])
+        placed = make_approach(experiment, 0, worlds[arm])
+        setting, result, people = placed.setting, placed.approach, placed.people
         title = f"{experiment.title}: {LABELS[arm]}"
-        people = experiment.people(setting, PEOPLE_S) if experiment.people else ()
         files.append(plot_approach(result, setting.tasks, folder / f"plan_{arm}.png", title, people))
         motions = kept_motions(folder, arm)
         if motions is None:
             continue
         planned, simulated = motions
         things = setting.things
-        shown = (
-            [planned.events["impact"]] if "impact" in planned.events else [at + STRIKE_FRAMES for at in result.launches]
-        )
-        moments += [frame / planned.fps for frame in shown]
-        moments += [person.events["impact"] / person.fps for person in people if "impact" in person.events]
-        replays.append(_replay(LABELS[arm], setting, simulated, planned, people, result.launches))
+        props = kept_props(folder, arm, things)
+        case = json.loads((folder / "cases" / f"{CaseKey(0, arm).slug}.json").read_text(encoding="utf-8"))
+        moments += [row["moment_s"] for row in case["rows"] if "moment_s" in row]
+        replays.append(_replay(LABELS[arm], placed, simulated, planned, props))
         note = "" if simulated.duration > planned.duration - 0.1 else f"fell at {simulated.duration:.2f} s"
         launched = ", ".join(f"{at / planned.fps:.2f} s" for at in result.launches)
-        rows.append(Row(f"{LABELS[arm]}, simulated with mpc; launch at {launched}", simulated, note or "ended", people))
+        label = f"{LABELS[arm]}, simulated with mpc; launch at {launched}{_told(case['rows'])}"
+        rows.append(Row(label, simulated, note or "ended", people, props))
         if simulated.duration >= longest:
             longest = simulated.duration
             marks = {f"launch {number + 1}": at / planned.fps for number, at in enumerate(result.launches)}
@@ -155,23 +160,25 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
     return files
 
 
-def _replay(
-    label: str, setting: Setting, simulated: Motion, planned: Motion, people: Sequence[Motion], launches: Sequence[int]
-) -> Replay:
-    """One arm with the things around it; what it strikes flies (`experiments.props`)."""
+def _told(rows: Sequence[Mapping[str, Any]]) -> str:
+    """What the targets met, for the label of a row, and when."""
+    words = []
+    for row in rows:
+        if "met" in row:
+            kind = ("bar cleared", "bar knocked down or not reached") if "bar_moved_mm" in row else ("struck", "missed")
+            words.append(f"{kind[0] if row['met'] else kind[1]} at {row['moment_s']:.2f} s")
+    return "; " + ", ".join(words) if words else ""
+
+
+def _replay(label: str, placed: Placed, simulated: Motion, planned: Motion, props: Sequence[Prop]) -> Replay:
+    """One arm with the things around it."""
     actors = (
         Actor(label, simulated, planned),
-        *(Actor("opponent, drawn only", person, colour=COLOURS[3]) for person in people),
+        *(Actor("opponent, not simulated", person, colour=COLOURS[3]) for person in placed.people),
     )
-    struck = [(at / planned.fps, setting.struck(number)) for number, at in enumerate(launches)]
-    props = []
-    for launch_s, strike in struck:
-        if strike is not None:
-            first = round(launch_s * simulated.fps)
-            props.append(flight(simulated, *strike, first, first + round(STRIKES_S * simulated.fps)))
     moving = {prop.shape.name for prop in props}
-    still = tuple(thing for thing in setting.things if thing.name not in moving)
-    marks = tuple((f"launch {number + 1}", at / planned.fps) for number, at in enumerate(launches))
+    still = tuple(thing for thing in placed.setting.things if thing.name not in moving)
+    marks = tuple((f"launch {number + 1}", at / planned.fps) for number, at in enumerate(placed.approach.launches))
     return Replay(label, actors, still, tuple(props), marks=marks)
 
 
@@ -216,8 +223,8 @@ def main(experiment: Experiment, description: str) -> int:
         "experiment": experiment.name,
         "title": experiment.title,
         "seeds": options.seeds,
-        "windows": experiment.windows,
         "wall_s": sum(case["wall_s"] for case in cases),
+        "processor_s": sum(case["processor_s"] for case in cases),
         **summary,
         "cases": cases,
         "files": [path.name for path in files],
@@ -231,10 +238,11 @@ def main(experiment: Experiment, description: str) -> int:
 
 def tables(summary: Mapping[str, Any]) -> list[Table]:
     """The summary for people."""
-    arms = Table("arm", "reached", "launches survived", *LAUNCH_METRICS[:4], "alpha", title="simulated, medians")
+    arms = Table("arm", "reached", "launches survived", "met", *LAUNCH_METRICS[:4], "alpha", title="simulated, medians")
     for arm, numbers in summary["arms"].items():
         arms.add_row(
             LABELS[arm], f"{numbers['reached']}/{numbers['cases']}", f"{numbers['launches_survived']}/{numbers['launches']}",
+            f"{numbers['met']}/{numbers['to_meet']}",
             *(_cell(numbers[name]) for name in (*LAUNCH_METRICS[:4], "alpha_in_effect")),
         )  # fmt: skip
     paired = Table("difference", "n", *LAUNCH_METRICS[:4], title="simulated, median of pairs (95 % interval)")

@@ -21,6 +21,8 @@ from simprep.scene import Obstacle
 BALL = "ball"
 BALL_RADIUS_M, BALL_KG = 0.11, 0.43
 """Of a football."""
+BAR_HALF_M, BAR_KG = 0.03, 0.8
+"""Of a gate's bar: half its thickness, and its mass."""
 STOPS_M = 0.35
 """About where a character that has reached its goal comes to stand before it."""
 KICK, JUMP = "kick_front", "jump_over_low"
@@ -91,12 +93,29 @@ def _ball() -> Stage:
     return Stage("ball", KICK, ball_on_post(place), tasks=(ball_task(place, (0.0, 0.0)),))
 
 
-def ball_on_post(place: tuple[float, float]) -> tuple[Obstacle, ...]:
-    """A ball at (x, y) [m] on a post, as high as the foot strikes."""
+def ball_on_post(place: tuple[float, float], name: str = BALL, free: bool = True) -> tuple[Obstacle, ...]:
+    """A ball at (x, y) [m] on a post, as high as the foot strikes; it flies when it is hit, where it is free."""
     _, high = _foot_at_strike()
-    ball = Obstacle(BALL, (*place, high), (BALL_RADIUS_M,) * 3, ball=True, mass=BALL_KG)
+    ball = Obstacle(name, (*place, high), (BALL_RADIUS_M,) * 3, ball=True, mass=BALL_KG if free else 0.0)
     half = (high - BALL_RADIUS_M) / 2
-    return ball, Obstacle("post", (*place, half), (0.03, 0.03, half))
+    return ball, Obstacle("post" if name == BALL else f"{name}_post", (*place, half), (0.03, 0.03, half))
+
+
+def gate(name: str, place: tuple[float, float], high: float) -> tuple[Obstacle, ...]:
+    """Two posts beside (x, y) [m], and a bar across the x axis that lies on them and falls when it is hit.
+
+    Args:
+        name: the bar is called `NAME_bar`.
+        place: of its middle.
+        high: of the bar's lower edge [m].
+    """
+    x, y = place
+    posts = [
+        Obstacle(f"{name}_{side}", (x, y + 0.62 * sign, high / 2), (0.04, 0.04, high / 2))
+        for side, sign in (("left", 1), ("right", -1))
+    ]
+    bar = Obstacle(f"{name}_bar", (x, y, high + BAR_HALF_M), (BAR_HALF_M, 0.68, BAR_HALF_M), mass=BAR_KG)
+    return (*posts, bar)
 
 
 def _opponents() -> Stage:
@@ -115,11 +134,10 @@ def _opponents() -> Stage:
 
 def _course() -> Stage:
     """A bar to duck under, a low one to jump over, and one to crawl under; the bars fall when they are hit."""
-    things, tasks = [], []
+    things: list[Obstacle] = []
+    tasks: list[Task] = []
     for (name, (ahead, high)), x in zip(BARS.items(), (1.9, 4.4, 7.0)):
-        for side, sign in (("left", 1), ("right", -1)):
-            things.append(Obstacle(f"{name}_{side}", (x, 0.62 * sign, high / 2), (0.04, 0.04, high / 2)))
-        things.append(Obstacle(f"{name}_bar", (x, 0.0, high + 0.03), (0.03, 0.68, 0.03), mass=0.8))
+        things += gate(name, (x, 0.0), high)
         tasks.append(task_at((x - ahead + STOPS_M, 0.0), name))
     return Stage("course", DUCK_UNDER, tuple(things), tasks=tuple(tasks))
 

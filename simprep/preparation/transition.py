@@ -162,9 +162,7 @@ def _difference(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.concatenate([b[:3] - a[:3], rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]])
 
 
-def _inertialise(
-    state: _State, target: Motion, entry: int, frames: int, carry: int
-) -> tuple[FloatArray, FloatArray]:
+def _inertialise(state: _State, target: Motion, entry: int, frames: int, carry: int) -> tuple[FloatArray, FloatArray]:
     """Target poses (T, nq) from `entry` on, led in from the approach's pose and velocity; what is left of the offset (T,)."""
     qpos = target.qpos[entry:].copy()
     own = _state(target, entry)

@@ -2,7 +2,7 @@
 
 import contextlib
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from simprep.files import atomic_path
 from simprep.motion.edit import sample
 from simprep.motion.motion import Motion
 from simprep.report.gl import Canvas, find_backend
+from simprep.report.replay.actor import Prop
 from simprep.scene import SceneSettings, scene_spec
 
 HEADER_PX = 22
@@ -37,12 +38,14 @@ class Row:
         motion: what is drawn; a simulated run's is `run.simulated_motion()`.
         end_note: printed where the motion is over before the strip is, such as `fell at 2.31 s`.
         others: people drawn tinted beside the motion, at the same instants.
+        props: where obstacles of the strip's scene, found by their names, are over time.
     """
 
     label: str
     motion: Motion
     end_note: str = "ended"
     others: tuple[Motion, ...] = ()
+    props: tuple[Prop, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,7 @@ def film_strip(
     pen = draw_module.Draw(page)
     with contextlib.ExitStack() as stack:
         stage = stage or stack.enter_context(Stage(settings))
-        drawn = [stage.pictures(row.motion, times, row.others) for row in rows]
+        drawn = [stage.pictures(row.motion, times, row.others, row.props) for row in rows]
     for index, row in enumerate(rows):
         top = index * row_px
         pen.text((6, top + 3), row.label.replace("→", "->"), fill=INK, font=font)  # the font has no arrow
@@ -166,13 +169,16 @@ class Stage:
         self._canvases.clear()  # GL objects go before the context they live in
         self._gl.free()
 
-    def pictures(self, motion: Motion, times: FloatArray, others: Sequence[Motion] = ()) -> list[NDArray[np.uint8]]:
+    def pictures(
+        self, motion: Motion, times: FloatArray, others: Sequence[Motion] = (), props: Sequence[Prop] = ()
+    ) -> list[NDArray[np.uint8]]:
         """Pictures of a motion, N of (height, width, 3).
 
         Args:
             motion: the motion.
             times: (N,) instants [s], held at the ends.
             others: people drawn beside it.
+            props: obstacles of the scene that move.
         """
         import mujoco
 
@@ -190,8 +196,11 @@ class Stage:
         axes = np.array([[np.sin(azimuth), np.cos(azimuth)], [-np.cos(azimuth), np.sin(azimuth)]])  # right, away
         aspect = settings.width_px / settings.height_px
         pictures = []
-        for poses in np.stack([sample(each, times) for each in (motion, *others)], axis=1):
+        moving = [(model.geom(prop.shape.name).id, *prop.at(times)) for prop in props]
+        for number, poses in enumerate(np.stack([sample(each, times) for each in (motion, *others)], axis=1)):
             data.qpos[:] = poses.ravel()
+            for geom, places, orientations in moving:
+                model.geom_pos[geom], model.geom_quat[geom] = places[number], orientations[number]
             mujoco.mj_forward(model, data)
             seen = poses[:, :2] @ axes
             middle = axes @ (seen.min(axis=0) + seen.max(axis=0)) / 2
@@ -205,7 +214,8 @@ class Stage:
 
 def _model(bodies: Sequence[Character], settings: StripSettings) -> Any:
     """A scene with the first body; the others are added tinted, touching nothing."""
-    spec = scene_spec(SceneSettings((bodies[0],), settings.scene.obstacles, settings.scene.timestep))
+    fixed = tuple(replace(thing, mass=0.0) for thing in settings.scene.obstacles)
+    spec = scene_spec(SceneSettings((bodies[0],), fixed, settings.scene.timestep))
     for number, character in enumerate(bodies[1:]):
         other = character.build()
         for geom in other.geoms:

@@ -73,11 +73,22 @@ class Prop:
         shape: the shape; its own position is not used.
         positions: (N, 3) world [m].
         fps: of the positions [1/s].
+        orientations: (N, 4) quaternions, wxyz; None: it does not turn.
     """
 
     shape: Obstacle
     positions: FloatArray
     fps: float
+    orientations: FloatArray | None = None
+
+    def at(self, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Positions (T, 3) [m] and orientations (T, 4) at instants (T,) [s], held at the ends."""
+        known = np.arange(len(self.positions)) / self.fps
+        places = np.stack([np.interp(times, known, column) for column in self.positions.T], axis=1)
+        if self.orientations is None:
+            return places, np.repeat([[1.0, 0.0, 0.0, 0.0]], len(times), axis=0)
+        nearest = np.clip(np.rint(np.asarray(times) * self.fps).astype(int), 0, len(self.orientations) - 1)
+        return places, self.orientations[nearest]
 
 
 @dataclass(frozen=True)

@@ -171,11 +171,13 @@ def _safe(name: str) -> str:
 class _MovingProp:
     def __init__(self, scene: Any, name: str, prop: Prop, times: FloatArray) -> None:
         self._handle = _add_thing(scene, name, prop.shape)
-        known = np.arange(len(prop.positions)) / prop.fps
-        self._positions = np.stack([np.interp(times, known, column) for column in prop.positions.T], axis=1)
+        self._positions, self._orientations = prop.at(times)
+        self._turns = prop.orientations is not None
 
     def show(self, frame: int) -> None:
         self._handle.position = tuple(float(value) for value in np.round(self._positions[frame], 3))
+        if self._turns:
+            self._handle.wxyz = tuple(float(value) for value in np.round(self._orientations[frame], 3))
 
 
 class _ShownFlash:
