@@ -4,7 +4,7 @@ Example: python scripts/experiment_obstacle_course.py --seeds 10 -o results/obst
 
 Distances between the obstacles and the phase of the walk vary with the seed: the first two obstacles are 2.0 to 2.4 m apart
 (measured from where the first target ends, less than 1.5 m: the style is kept between them), the third 2.6 to 3.2 m further (the
-style is released). The gates are those of `simprep app`: a bar lies on two posts, and falls when it is hit. The duck goes on low while
+style is released). The gates are those of `simprep app`: a bar on two posts, fixed here, stops who does not clear it. The duck goes on low while
 it passes under its bar; it is a motion made here, by the generator of the crawl, since those of the library duck on the spot.
 The start, and the goals before the later gates, are placed so that each target is launched at its distance before its bar.
 A course lasts 13 to 25 s and is simulated as a whole. Three arms; finished cases are kept in OUT/cases and not run again. About
@@ -61,7 +61,9 @@ def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
     bars = [place[0] + AHEAD_M[name] - STOPS_M for place, name in zip(places, TARGETS)]
     gates = tuple(Gate(name, bar, AHEAD_M[name]) for name, bar in zip(TARGETS, bars))
     things = tuple(
-        thing for gate_, (_, b) in zip(gates, places) for thing in gate(gate_.name, (gate_.x, b), HIGH_M[gate_.name])
+        thing
+        for gate_, (_, b) in zip(gates, places)
+        for thing in gate(gate_.name, (gate_.x, b), HIGH_M[gate_.name], free=False)
     )
     drawn = {"places_m": places, "gaps_m": gaps.tolist(), "bars_x_m": bars}
     return Setting(tasks, frame=int(rng.integers(64)), things=things, gates=gates, drawn=drawn)

@@ -1,6 +1,6 @@
 """How near a part of the body comes to a thing."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import mujoco
 import numpy as np
@@ -44,7 +44,7 @@ def nearest_pass(motion: Motion, segment: str, thing: Obstacle, first: int = 0, 
         first: of the frames.
         after: behind the last of the frames; None for all.
     """
-    model = scene_spec(SceneSettings((motion.character,), (thing,))).compile()
+    model = scene_spec(SceneSettings((motion.character,), (replace(thing, mass=0.0),))).compile()
     data = mujoco.MjData(model)
     body, target = model.body(segment).id, model.geom(thing.name).id
     geoms = [int(geom) for geom in np.flatnonzero(model.geom_bodyid == body)]
@@ -75,6 +75,28 @@ def miss_m(motion: Motion, segment: str, thing: Obstacle, launch_s: float) -> fl
     if first >= len(motion):
         return float("nan")
     return nearest_pass(motion, segment, thing, first, first + round(STRIKES_S * motion.fps)).miss_m
+
+
+def clearance_m(motion: Motion, thing: Obstacle, first: int, after: int, every: int = 2) -> float:
+    """Least distance between the surfaces of the whole body and of a thing [m]; below 0 where they touch.
+
+    Args:
+        motion: the motion, simulated or not.
+        thing: it stays where it is.
+        first: of the frames.
+        after: behind the last of them.
+        every: only one frame of so many is looked at.
+    """
+    model = scene_spec(SceneSettings((motion.character,), (replace(thing, mass=0.0),))).compile()
+    data, target = mujoco.MjData(model), model.geom(thing.name).id
+    geoms = [int(geom) for geom in np.flatnonzero(model.geom_bodyid > 0)]
+    least = np.inf
+    for at in range(first, min(after, len(motion)), every):
+        data.qpos[:] = motion.qpos[at]
+        mujoco.mj_kinematics(model, data)
+        for geom in geoms:
+            least = min(least, mujoco.mj_geomDistance(model, data, geom, target, FARTHEST_M, None))
+    return float(least)
 
 
 def _velocity(model: mujoco.MjModel, motion: Motion, body: int, frame: int, point: FloatArray) -> FloatArray:

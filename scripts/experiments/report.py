@@ -46,12 +46,12 @@ WITH_PEOPLE: dict[str, Any] = {
 }
 """Wider pictures, and what they say, where people are around the character."""
 REPLAY_LEGEND = (
-    "Solid is what was simulated, pale grey its reference. Balls and bars are simulated too. Opponents are shown only; nothing collides "
+    "Solid is what was simulated, pale grey its reference. The ball is simulated too; bars are fixed. Opponents are shown only; nothing collides "
     "with them."
 )
 COMPARISONS = (("blended", "none"), ("optimised", "none"), ("optimised", "blended"))
 MISSES = (
-    "miss_mm", "miss_before_physics_mm", "strike_miss_mm", "strike_miss_before_physics_mm", "ball_speed_m_s", "bar_moved_mm",
+    "miss_mm", "miss_before_physics_mm", "strike_miss_mm", "strike_miss_before_physics_mm", "ball_speed_m_s", "clearance_mm",
 )  # fmt: skip
 METRICS = (*LAUNCH_METRICS, "success", "mpjpe_mm", "torque_rms_nm")
 LABELS = {"none": "no preparation (plain graph)", "blended": "preparation", "optimised": "preparation + optimisation"}
@@ -165,7 +165,7 @@ def _told(rows: Sequence[Mapping[str, Any]]) -> str:
     words = []
     for row in rows:
         if "met" in row:
-            kind = ("bar cleared", "bar knocked down or not reached") if "bar_moved_mm" in row else ("struck", "missed")
+            kind = ("bar cleared", "bar touched or not passed") if "clearance_mm" in row else ("struck", "missed")
             words.append(f"{kind[0] if row['met'] else kind[1]} at {row['moment_s']:.2f} s")
     return "; " + ", ".join(words) if words else ""
 

@@ -1,4 +1,4 @@
-"""Simulate a motion among things that collide: balls that fly, bars that fall."""
+"""Simulate a motion among things that collide: balls that fly, bars that stop who does not clear them."""
 
 from collections.abc import Mapping, Sequence
 
@@ -16,7 +16,7 @@ FPS = 60.0
 
 
 def simulate_among(motion: Motion, things: Sequence[Obstacle], seed: int) -> tuple[Run, dict[str, Prop]]:
-    """Track a motion with mpc in a world of things; the controller knows nothing of them.
+    """Track a motion with mpc in a world of things; it does not follow from its reference that they are there.
 
     Args:
         motion: what to track.
@@ -45,19 +45,6 @@ def simulate_among(motion: Motion, things: Sequence[Obstacle], seed: int) -> tup
     way = np.array(kept, dtype=np.float64).reshape(len(kept), len(free), 7)
     props = {thing.name: Prop(thing, way[:, k, :3], rate, way[:, k, 3:]) for k, thing in enumerate(free)}
     return tracker.run(), props
-
-
-def moved_m(prop: Prop, start_s: float = 0.0, end_s: float = np.inf) -> float:
-    """How far a thing is at most from where it was at the beginning, between two instants [m].
-
-    Args:
-        prop: the thing.
-        start_s: from when [s].
-        end_s: until when [s].
-    """
-    times = np.arange(len(prop.positions)) / prop.fps
-    some = prop.positions[(times >= start_s) & (times <= end_s)]
-    return float(np.linalg.norm(some - prop.positions[0], axis=1).max()) if len(some) else 0.0
 
 
 def fastest_m_s(prop: Prop) -> float:

@@ -101,20 +101,23 @@ def ball_on_post(place: tuple[float, float], name: str = BALL, free: bool = True
     return ball, Obstacle("post" if name == BALL else f"{name}_post", (*place, half), (0.03, 0.03, half))
 
 
-def gate(name: str, place: tuple[float, float], high: float) -> tuple[Obstacle, ...]:
-    """Two posts beside (x, y) [m], and a bar across the x axis that lies on them and falls when it is hit.
+def gate(name: str, place: tuple[float, float], high: float, free: bool = True) -> tuple[Obstacle, ...]:
+    """Two posts beside (x, y) [m], and a bar across the x axis that lies on them; it falls when it is hit, where it is free.
 
     Args:
         name: the bar is called `NAME_bar`.
         place: of its middle.
         high: of the bar's lower edge [m].
+        free: whether the bar moves; a controller that plans ahead simulates it too, which takes several times as long.
     """
     x, y = place
     posts = [
         Obstacle(f"{name}_{side}", (x, y + 0.62 * sign, high / 2), (0.04, 0.04, high / 2))
         for side, sign in (("left", 1), ("right", -1))
     ]
-    bar = Obstacle(f"{name}_bar", (x, y, high + BAR_HALF_M), (BAR_HALF_M, 0.68, BAR_HALF_M), mass=BAR_KG)
+    bar = Obstacle(
+        f"{name}_bar", (x, y, high + BAR_HALF_M), (BAR_HALF_M, 0.68, BAR_HALF_M), mass=BAR_KG if free else 0.0
+    )
     return (*posts, bar)
 
 

@@ -33,12 +33,12 @@ def case(seed, arm, peak, success=True):
 def test_arms_share_the_task_and_differ_in_preparation_only():
     worlds = build_worlds(SMALL)
     made = {arm: make_approach(SMALL, 4, worlds[arm]) for arm in ARMS}
-    assert all(setting.tasks == made["none"][0].tasks for setting, _ in made.values())
-    assert make_approach(SMALL, 5, worlds["none"])[0].drawn != made["none"][0].drawn
-    levels = {arm: result.level[result.launches[0] - 1] for arm, (_, result) in made.items()}
+    assert all(one.setting.tasks == made["none"].setting.tasks for one in made.values())
+    assert make_approach(SMALL, 5, worlds["none"]).setting.drawn != made["none"].setting.drawn
+    levels = {arm: one.approach.level[one.approach.launches[0] - 1] for arm, one in made.items()}
     assert levels["none"] == 0
     assert min(levels["blended"], levels["optimised"]) > 0.9
-    blended, optimised = (made[arm][1].motion.qpos for arm in ("blended", "optimised"))
+    blended, optimised = (made[arm].approach.motion.qpos for arm in ("blended", "optimised"))
     np.testing.assert_array_equal(blended[:100, :3], optimised[:100, :3])  # the root does not know of it
     assert np.abs(blended[150, 7:] - optimised[150, 7:]).max() > 0.01
 
