@@ -9,6 +9,7 @@ python scripts/optimiser_study.py --targets punch_right kick_front crawl --alpha
 """
 
 import argparse
+import json
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -160,7 +161,10 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
         axes.axvline(paper[varied], color="grey", linestyle=":", label="the paper's")
         axes.set(xlabel=varied, ylabel=label)
         if varied == "steps":
+            steps = sorted({row["value"] for row in rows if row["varied"] == varied})
             axes.set_xscale("symlog", linthresh=1)
+            axes.set_xticks(steps, [f"{value:g}" for value in steps])
+            axes.minorticks_off()
             axes.set_xlim(-0.1, None)
         axes.legend(fontsize=7)
     with atomic_path(path) as temporary:
@@ -173,7 +177,12 @@ def main() -> int:
     parser.add_argument("--alphas", nargs="+", type=float, default=[0.3, 0.6, 1.0])
     parser.add_argument("--frames", type=int, default=150)
     parser.add_argument("-o", "--out", type=Path, default=Path("results/optimiser"))
+    parser.add_argument("--redraw", action="store_true", help="draw the stored numbers again; run nothing")
     options = parser.parse_args()
+    if options.redraw:
+        stored = json.loads((options.out / "optimiser.json").read_text(encoding="utf-8"))
+        draw(stored["rows"], options.out / "optimiser.png")
+        return 0
     rows = study(options)
     content = {
         "schema": "simprep.optimiser_study/1", **provenance(sys.argv), "targets": options.targets, "alphas": options.alphas,

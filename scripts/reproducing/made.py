@@ -46,8 +46,8 @@ class Made:
         return " ".join(words if words[0] == "simprep" else ["python", *words])
 
 
-def _experiment(name: str, minutes: float) -> Made:
-    words = (f"scripts/experiment_{name}.py", "--seeds", "10", "--fresh", "-o", "{out}")
+def _experiment(name: str, minutes: float, seeds: int = 10) -> Made:
+    words = (f"scripts/experiment_{name}.py", "--seeds", str(seeds), "--fresh", "-o", "{out}")
     return Made(name, name, words, "metrics.json", minutes)
 
 
@@ -63,9 +63,9 @@ EVERYTHING = (
             "mass +10 %", "motors -15 %", "friction 0.6", "friction 1.2", "delay 10 ms", "-o", "{out}",
         ), "robustness.json", 30,
     ),
-    _experiment("ball_kick", 7),
-    _experiment("two_opponents", 9),
-    _experiment("obstacle_course", 23),
+    _experiment("ball_kick", 5),
+    _experiment("two_opponents", 4),
+    _experiment("obstacle_course", 10, seeds=6),
     Made("controller", "controller", ("scripts/controller_study.py", "-o", "{out}"), "study.json", 20),
     Made("learning", "controller", ("scripts/learning_study.py", "--jobs", "2", "-o", "{out}"), "learning.json", 8),
     Made("duel", "duel", ("scripts/duel_study.py", "--seeds", "5", "-o", "{out}"), "study.json", 15),
