@@ -5,7 +5,7 @@ Example: python scripts/experiment_obstacle_course.py --seeds 10 -o results/obst
 Distances between the obstacles and the phase of the walk vary with the seed: the first two obstacles are 2.0 to 2.4 m apart
 (measured from where the first target ends, less than 1.5 m: the style is kept between them), the third 2.6 to 3.2 m further (the
 style is released). The gates are those of `simprep app`: a bar on two posts, fixed here, stops who does not clear it. The duck goes on low while
-it passes under its bar; it is a motion made here, by the generator of the crawl, since those of the library duck on the spot.
+it passes under its bar; it is that of `simprep app`, since those of the library duck on the spot.
 The start, and the goals before the later gates, are placed so that each target is launched at its distance before its bar.
 A course lasts 13 to 25 s and is simulated as a whole. Three arms; finished cases are kept in OUT/cases and not run again. About
 1 minute per seed on 2 free cores.
@@ -19,27 +19,15 @@ import numpy as np
 from experiments.cases import Experiment, Setting
 from experiments.placing import Gate
 from experiments.report import main
-from simprep.app.stage import STOPS_M, gate
+from simprep.app.stage import BARS, DUCK_UNDER, DUCKED_WALK, STOPS_M, gate
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.approach import near_obstacles
 from simprep.controller.runtime.task import Task
-from simprep.library.crawl import CrawlStyle, crawl
+from simprep.library.crawl import crawl
 from simprep.motion.motion import Motion
 
-DUCK = crawl(
-    CrawlStyle(
-        steps=5, step_length=0.24, com_height=0.80, pitch_deg=32, lumbar_deg=18, thorax_deg=14, neck_deg=30, down_s=0.6, up_s=0.7,
-    ),
-    "duck_under",
-)  # fmt: skip
-"""Goes on half crouched: the head's top at 1.3 m."""
-TARGETS = (DUCK.name, "jump_over_low", "crawl")
-HIGH_M = {DUCK.name: 1.48, "jump_over_low": 0.14, "crawl": 1.12}
-"""Lower edge of each bar."""
-AHEAD_M = {DUCK.name: 0.68, "jump_over_low": 0.55, "crawl": 0.72}
-"""How far the bar is before the root when its target is launched, for the middle of what the target clears."""
-
-ENDS_M = {DUCK.name: 0.75, "jump_over_low": 0.55, "crawl": 0.9}
+TARGETS = tuple(BARS)
+ENDS_M = {DUCK_UNDER: 1.1, "jump_over_low": 0.55, "crawl": 0.9}
 """About how far past its goal a target takes the body."""
 
 
@@ -58,12 +46,12 @@ def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
         )
         for number, name in enumerate(TARGETS)
     )  # fmt: skip
-    bars = [place[0] + AHEAD_M[name] - STOPS_M for place, name in zip(places, TARGETS)]
-    gates = tuple(Gate(name, bar, AHEAD_M[name]) for name, bar in zip(TARGETS, bars))
+    bars = [place[0] + BARS[name][0] - STOPS_M for place, name in zip(places, TARGETS)]
+    gates = tuple(Gate(name, bar, BARS[name][0]) for name, bar in zip(TARGETS, bars))
     things = tuple(
         thing
         for gate_, (_, b) in zip(gates, places)
-        for thing in gate(gate_.name, (gate_.x, b), HIGH_M[gate_.name], free=False)
+        for thing in gate(gate_.name, (gate_.x, b), BARS[gate_.name][1], free=False)
     )
     drawn = {"places_m": places, "gaps_m": gaps.tolist(), "bars_x_m": bars}
     return Setting(tasks, frame=int(rng.integers(64)), things=things, gates=gates, drawn=drawn)
@@ -71,5 +59,7 @@ def draw(rng: np.random.Generator, targets: Mapping[str, Motion]) -> Setting:
 
 if __name__ == "__main__":
     title = "obstacle course: duck and jump close together, crawl further on"
-    experiment = Experiment("obstacle_course", title, TARGETS, draw, tail_s=5.5, own={DUCK.name: DUCK})
+    experiment = Experiment(
+        "obstacle_course", title, TARGETS, draw, tail_s=5.5, own={DUCK_UNDER: crawl(DUCKED_WALK, DUCK_UNDER)}
+    )
     sys.exit(main(experiment, __doc__ or ""))

@@ -20,10 +20,8 @@ from experiments.props import STRIKES_S, clearance_m, miss_m
 from experiments.world import as_arrays, fastest_m_s, simulate_among
 from simprep import __version__
 from simprep.app.aiming import strike_frame
-from simprep.controller.graph import build_graph
 from simprep.controller.policy import Policy
 from simprep.controller.runtime.approach import Approach
-from simprep.controller.runtime.locomotion import CoreNodes
 from simprep.controller.runtime.performer import RuntimeSettings
 from simprep.controller.runtime.task import Task, World
 from simprep.controller.runtime.world import library_world
@@ -184,12 +182,7 @@ def run_cases(
 
 def build_worlds(experiment: Experiment, policy: Policy | None = None) -> dict[str, World]:
     """The world of each arm."""
-    base = library_world([name for name in experiment.targets if name not in experiment.own], policy=policy)
-    if experiment.own:
-        cores = {name: cycle.motion for name, cycle in base.cores.cycles.items()}
-        targets = {**base.targets, **experiment.own}
-        graph = build_graph(list(cores.values()), targets.values())
-        base = replace(base, targets=targets, graph=graph, cores=CoreNodes(cores, graph))
+    base = library_world([experiment.own.get(name, name) for name in experiment.targets], policy=policy)
     return {
         arm: replace(base, settings=RuntimeSettings(optimise=arm == "optimised"), prepare=arm != BASELINE)
         for arm in ARMS
