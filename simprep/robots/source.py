@@ -58,6 +58,10 @@ def _floating_root(path: Path, spec: mujoco.MjSpec) -> Any:
             f"no free joint: its root bodies ({names}) are fixed to the world; valid: <freejoint/> in the root body",
         )
     robots = [body for body in roots if len(list(descendants(body))) > 1]
+    if not robots:
+        raise RobotFileError(
+            path, f"nothing hangs on the body with the free joint ({names}); valid: a robot with joints"
+        )
     if len(robots) != 1:
         raise RobotFileError(path, f"{len(roots)} bodies with free joints ({names}); valid: one robot")
     for body in descendants(robots[0]):

@@ -137,6 +137,11 @@ def test_quaternion_first_or_position_first_by_content(motion, tmp_path):
     content = read(tmp_path / "omni.npz", file_fps=FPS)
     np.testing.assert_allclose(content.motion.qpos, qpos, atol=1e-12)
     assert any("quaternion first" in note for note in content.notes)
+    huge = qpos.copy()
+    huge[3, 4] = 1e200
+    np.savez(tmp_path / "huge.npz", qpos=huge)
+    with pytest.raises(MotionFileError, match=r"huge\.npz: qpos in frame 3, column 4 is 1e\+200"):
+        read(tmp_path / "huge.npz")
     np.savez(tmp_path / "neither.npz", qpos=3 * qpos)
     with pytest.raises(MotionFileError, match="cannot be told"):
         read(tmp_path / "neither.npz")

@@ -24,6 +24,10 @@ BROKEN_MODELS = {
     "slide joint": (robot_xml(looks='<body><joint type="slide"/><geom size="0.1"/></body>'), r"is a slide joint; valid: hinges"),
     "ring of bodies": (robot_xml(extra=LOOP), r"close rings of bodies.*'left_foot' and 'right_foot'"),
     "no MJCF": ("<robot name='a'/", r"no valid MJCF"),
+    "no joints": (
+        '<mujoco><worldbody><body name="box"><freejoint/><geom size="1"/></body></worldbody></mujoco>',
+        r"nothing hangs on the body with the free joint \(box\)",
+    ),
     "two robots": (
         robot_xml().replace("</worldbody>", '<body><freejoint/><body><geom size="1"/></body></body></worldbody>'),
         r"2 bodies with free joints",

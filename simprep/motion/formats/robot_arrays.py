@@ -13,7 +13,15 @@ import numpy as np
 from simprep.archive import open_arrays
 from simprep.arrays import FloatArray
 from simprep.errors import MotionFileError
-from simprep.motion.formats.robot_clip import UNIT_TOLERANCE, RobotClip, StoredBodies, numeric, stated_fps, wxyz
+from simprep.motion.formats.robot_clip import (
+    UNIT_TOLERANCE,
+    RobotClip,
+    StoredBodies,
+    first_bad,
+    numeric,
+    stated_fps,
+    wxyz,
+)
 from simprep.motion.formats.safe_pickle import read_pickle
 
 BODIES = {"joint_pos", "body_pos_w", "body_quat_w"}
@@ -181,6 +189,8 @@ def _qpos(path: Path, arrays: Mapping[str, Any]) -> RobotClip:
     qpos = numeric(path, "qpos", arrays["qpos"], ndim=2)
     if not len(qpos) or qpos.shape[1] < 8:
         raise MotionFileError(path, f"qpos has shape {qpos.shape}; valid: (frames, 7 of the root and the joint angles)")
+    if bad := first_bad(qpos):
+        raise MotionFileError(path, f"qpos in frame {bad[0]}, column {bad[1]} is {bad[2]:g}")
     first, last = _all_unit(qpos[:, :4]), _all_unit(qpos[:, 3:7])
     if first == last:
         state = "both qpos[:4] and qpos[3:7] are" if first else "neither qpos[:4] nor qpos[3:7] is"
