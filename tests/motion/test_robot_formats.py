@@ -226,6 +226,32 @@ def test_bad_pickles(content, message, tmp_path):
         read(tmp_path / "bad.pkl")
 
 
+ASAP = {
+    "root_trans_offset": np.zeros((5, 3)), "dof": np.zeros((5, 29)), "root_rot": np.tile([0, 0, 0, 1.0], (5, 1)), "fps": 30
+}  # fmt: skip
+GMR = {"root_pos": np.zeros((5, 3)), "dof_pos": np.zeros((5, 29)), "root_rot": ASAP["root_rot"], "fps": 30}
+TRAINING = {"joint_pos": np.zeros((5, 29)), "body_pos_w": np.zeros((5, 3, 3)), "body_quat_w": np.ones((5, 3, 4))}
+
+
+@pytest.mark.parametrize(
+    ("arrays", "message"),
+    [
+        ({**ASAP, "pose_aa": np.zeros((4, 3))}, r"pose_aa has shape \(4, 3\); valid: \(5, bodies, 3\)"),
+        ({**ASAP, "pose_aa": np.zeros((5, 4))}, r"pose_aa has shape \(5, 4\)"),
+        ({**ASAP, "pose_aa": np.full((5, 30, 3), np.nan)}, "pose_aa in frame 0, number 0 is nan"),
+        ({**ASAP, "root_rot": np.zeros((0, 4))}, r"root_rot has shape \(0, 4\)"),
+        ({**GMR, "root_rot": np.zeros((5, 3))}, r"root_rot has shape \(5, 3\); valid: \(frames, 4\)"),
+        ({**GMR, "local_body_pos": np.zeros((4, 3, 3))}, r"local_body_pos has shape \(4, 3, 3\)"),
+        ({**TRAINING, "body_pos_w": np.zeros((5, 0, 3)), "body_quat_w": np.ones((5, 0, 4))}, "5 frames of 0 bodies"),
+        ({name: value[:0] for name, value in TRAINING.items()}, "0 frames of 3 bodies"),
+    ],
+)
+def test_arrays_of_wrong_shapes(arrays, message, tmp_path):
+    np.savez(tmp_path / "bad.npz", **arrays)
+    with pytest.raises(MotionFileError, match=rf"bad\.npz: {message}"):
+        read(tmp_path / "bad.npz")
+
+
 @pytest.mark.parametrize(
     ("change", "message"),
     [

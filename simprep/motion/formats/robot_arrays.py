@@ -117,7 +117,9 @@ def _with_bodies(path: Path, arrays: Mapping[str, Any]) -> RobotClip:
     joint_pos = numeric(path, "joint_pos", arrays["joint_pos"], ndim=2)
     positions = numeric(path, "body_pos_w", arrays["body_pos_w"], ndim=3)
     quats = numeric(path, "body_quat_w", arrays["body_quat_w"], ndim=3)
-    frames = len(joint_pos)
+    frames, count = len(joint_pos), positions.shape[1]
+    if not frames or not count:
+        raise MotionFileError(path, f"{frames} frames of {count} bodies; valid: 1 or more of each")
     if positions.shape[::2] != (frames, 3) or quats.shape != (*positions.shape[:2], 4):
         raise MotionFileError(
             path,
@@ -154,23 +156,32 @@ def _gmr(path: Path, arrays: Mapping[str, Any]) -> RobotClip:
     bodies = None
     if _there(arrays, "local_body_pos"):
         positions = numeric(path, "local_body_pos", arrays["local_body_pos"], ndim=3)
+        frames = len(numeric(path, "root_pos", arrays["root_pos"]))
+        if positions.shape[::2] != (frames, 3):
+            raise MotionFileError(path, f"local_body_pos has shape {positions.shape}; valid: ({frames}, bodies, 3)")
         bodies = StoredBodies(
             positions, None, _body_names(path, arrays, ("link_body_list",), positions.shape[1], 0), in_root=True
         )
     return RobotClip(
-        path, "GMR", numeric(path, "root_pos", arrays["root_pos"]), wxyz(numeric(path, "root_rot", arrays["root_rot"], ndim=2)),
+        path, "GMR", numeric(path, "root_pos", arrays["root_pos"]), wxyz(_root_rot(path, arrays)),
         numeric(path, "dof_pos", arrays["dof_pos"]), joints=_stored_names(path, arrays, ("joint_names", "dof_names")),
         fps=_fps(path, arrays), bodies=bodies, notes=("root quaternion read as xyzw, as the format has it",),
     )  # fmt: skip
 
 
 def _asap(path: Path, arrays: Mapping[str, Any]) -> RobotClip:
-    stored = numeric(path, "root_rot", arrays["root_rot"], ndim=2)
+    stored = _root_rot(path, arrays)
     quat, note = wxyz(stored), "root quaternion read as xyzw, as the format has it"
     if _there(arrays, "pose_aa"):
         from scipy.spatial.transform import Rotation
 
-        axis_angle = numeric(path, "pose_aa", arrays["pose_aa"]).reshape(len(stored), -1)[:, :3]
+        turns = numeric(path, "pose_aa", arrays["pose_aa"])
+        if turns.shape[:1] != (len(stored),) or turns.size % (3 * len(stored)) or not turns.size:
+            raise MotionFileError(path, f"pose_aa has shape {turns.shape}; valid: ({len(stored)}, bodies, 3)")
+        turns = turns.reshape(len(stored), -1)
+        if bad := first_bad(turns):
+            raise MotionFileError(path, f"pose_aa in frame {bad[0]}, number {bad[1]} is {bad[2]:g}")
+        axis_angle = turns[:, :3]
         root = Rotation.from_rotvec(axis_angle).as_quat(scalar_first=True)
         if _turn(quat, root) < SAME_TURN:
             note = "root quaternion is xyzw, as pose_aa confirms"
@@ -202,6 +213,14 @@ def _qpos(path: Path, arrays: Mapping[str, Any]) -> RobotClip:
         joints=_stored_names(path, arrays, ("joint_names",)), fps=_fps(path, arrays), usual_fps=HOLOSOMA_FPS,
         notes=(f"qpos has the root's {where}, by the norms of both parts",),
     )  # fmt: skip
+
+
+def _root_rot(path: Path, arrays: Mapping[str, Any]) -> FloatArray:
+    """The root quaternions (T, 4) as the file has them."""
+    stored = numeric(path, "root_rot", arrays["root_rot"], ndim=2)
+    if not len(stored) or stored.shape[1] != 4:
+        raise MotionFileError(path, f"root_rot has shape {stored.shape}; valid: (frames, 4), with 1 frame or more")
+    return stored
 
 
 def _all_unit(quat: FloatArray) -> bool:
