@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from time import monotonic
@@ -39,6 +39,10 @@ class SweepCommand(BaseCommand):
     config: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="CONFIG", help_behavior_hint="")]
     """TOML file that says what to run."""
 
+    robot: Annotated[str | None, tyro.conf.arg(metavar="NAME|PATH", help_behavior_hint="")] = None
+    """Whose motions they become, in place of CONFIG's `characters`: a robot's name (`simprep robot list`) or its .xml or .toml
+    file."""
+
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = None
     """Folder for the results; default results/sweep/ and the name of CONFIG."""
 
@@ -67,10 +71,12 @@ class SweepCommand(BaseCommand):
             raise SettingError(f"--processes {self.processes}; valid: 1 to 1000")
         if self.clips < 1:
             raise SettingError(f"--clips {self.clips}; valid: from 1")
-        from simprep.study.sweep.config import read_sweep
+        from simprep.study.sweep.config import body_of, read_sweep
         from simprep.study.sweep.store import SweepStore
 
         sweep = read_sweep(self.config)
+        if self.robot is not None:
+            sweep = replace(sweep, bodies=(body_of(self.robot),))
         store = SweepStore(self.out or Path("results") / "sweep" / self.config.stem)
         return self._planned(sweep, store, output) if self.plan else self._swept(sweep, store, output)
 

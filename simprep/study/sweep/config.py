@@ -76,7 +76,7 @@ def sweep_of(content: Mapping[str, Any], folder: Path = Path()) -> Sweep:
         if name not in worlds:
             raise UnknownNameError("disturbance", name, worlds)
     return Sweep(
-        bodies=tuple(_body(item, folder) for item in content.get("characters", ["humanoid"])),
+        bodies=tuple(body_of(item, folder) for item in content.get("characters", ["humanoid"])),
         clips=_clips("clips", content.get("clips", []), folder),
         locomotions=_clips("locomotions", content.get("locomotions", []), folder),
         targets=_clips("targets", content.get("targets", []), folder),
@@ -127,7 +127,16 @@ def _files(key: str, text: str, folder: Path) -> list[Path]:
     return files
 
 
-def _body(item: Any, folder: Path) -> Body:
+def body_of(item: Any, folder: Path = Path()) -> Body:
+    """The body that an entry of `characters` means: a name, a robot's file, or a table with the keys of `BODY_KEYS`.
+
+    Args:
+        item: the entry.
+        folder: that a path is relative to.
+
+    Raises:
+        SimprepError: there is no such body, or a key or value is wrong.
+    """
     if isinstance(item, str):
         item = {"character": item}
     table = _table("characters", item, BODY_KEYS)
