@@ -287,7 +287,9 @@ def test_paths_do_not_reach_results(tmp_path):
 
 def test_a_robot_takes_the_place_of_the_characters(tmp_path, capsys):
     config = tmp_path / "walk.toml"
-    config.write_text('clips = ["walk"]\nseconds = 0.3\ncontrollers = ["motion"]\ncharacters = ["humanoid", {height_m = 1.6}]')
+    config.write_text(
+        'clips = ["walk"]\nseconds = 0.3\ncontrollers = ["motion"]\ncharacters = ["humanoid", {height_m = 1.6}]'
+    )
     (tmp_path / "legless.xml").write_text('<mujoco><worldbody><body><geom size="1"/></body></worldbody></mujoco>')
     wanted = ["sweep", str(config), "--processes", "1", "-o", str(tmp_path / "out"), "--quiet", "--robot"]
     assert main([*wanted, "primitive_robot"]) == 0
