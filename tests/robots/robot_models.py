@@ -14,6 +14,7 @@ FEET = {
 }
 MESH = '<mesh name="foot" vertex="-.08 -.03 -.01  -.08 .03 -.01  .1 -.02 -.01  .1 .02 -.01  0 0 .03"/>'
 JOINTS = ("hip_pitch", "hip_roll", "hip_yaw", "knee", "ankle_pitch", "ankle_roll")
+AXES = {"pitch": "0 1 0", "roll": "1 0 0", "yaw": "0 0 1"}
 ARM_JOINTS = ("shoulder_pitch", "shoulder_roll", "shoulder_yaw", "elbow")
 
 
@@ -27,6 +28,8 @@ def robot_xml(
     before: str = "",
     extra: str = "",
     looks: str = "",
+    hips: tuple[str, str, str] = ("pitch", "roll", "yaw"),
+    inverts: bool = True,
 ) -> str:
     """MJCF of a robot of 21 hinges.
 
@@ -39,9 +42,12 @@ def robot_xml(
         before: at the beginning of the file.
         extra: at its end.
         looks: geoms of the pelvis.
+        hips: the turns of its hips, from the pelvis outwards.
+        inverts: whether its ankles roll; without, it has 19 hinges.
     """
     limits = 'range="-143.2394487827058 143.2394487827058"' if degrees else LIMITS
-    names = ["waist", *(f"{side}_{name}" for side in ("left", "right") for name in (*JOINTS, *ARM_JOINTS))]
+    joints = (*JOINTS[: 6 if inverts else 5], *ARM_JOINTS)
+    names = ["waist", *(f"{side}_{name}" for side in ("left", "right") for name in joints)]
     moved = "".join(_actuator(actuators, name) for name in names)
     return f"""<mujoco model="synthetic">
   {before}
@@ -53,7 +59,7 @@ def robot_xml(
     <body name="pelvis" pos="0 0 2">
       {root}{looks}
       <geom type="box" size="0.06 0.1 0.05" mass="5"/>
-      {_leg("left", 1, feet, knee)}{_leg("right", -1, feet, "")}
+      {_leg("left", 1, feet, knee, hips, inverts)}{_leg("right", -1, feet, "", hips, inverts)}
       <body name="torso" pos="0 0 0.1">
         <joint name="waist" axis="0 0 1"/>
         <geom type="box" size="0.07 0.1 0.15" pos="0 0 0.15" mass="9"/>
@@ -66,7 +72,9 @@ def robot_xml(
 </mujoco>"""
 
 
-def toml_of(name: str = "synthetic", more: str = "", standing: str = "1.5707963267948966") -> str:
+def toml_of(
+    name: str = "synthetic", more: str = "", standing: str = "1.5707963267948966", *, inverts: bool = True
+) -> str:
     """Its description, without drives."""
     roles = {"pelvis": "pelvis", "thorax": "torso"}
     joints = {"lumbar_rotation": "waist"}
@@ -84,6 +92,8 @@ def toml_of(name: str = "synthetic", more: str = "", standing: str = "1.57079632
             roles[f"{side}_{part}"] = f"{side}_{part}"
         roles[f"{side}_hand"] = f"{side}_forearm"
         for movement, joint in zip((*movements, *shoulder), (*JOINTS, *ARM_JOINTS)):
+            if movement == "ankle_inversion" and not inverts:
+                continue
             joints[f"{side}_{movement}"] = f"{side}_{joint}"
     tables = {"roles": roles, "joints": joints}
     text = f'schema = "simprep.robot/1"\nname = "{name}"\nmodel = "{name}.xml"\n{more}\n'
@@ -120,24 +130,31 @@ def _foot(kind: str) -> str:
     return "".join(FEET[kind].format(y=y) for y in (-0.02, 0.02)) if kind == "capsules" else FEET[kind]
 
 
-def _leg(side: str, sign: int, feet: str, knee: str) -> str:
-    """The roll axis leans by 10 degrees and lies 3 cm below the pitch axis."""
+def _leg(side: str, sign: int, feet: str, knee: str, hips: tuple[str, str, str], inverts: bool) -> str:
+    """The second axis of the hip leans by 10 degrees and lies 3 cm below the first one."""
+    one, two, three = (f'<joint name="{side}_hip_{turn}" axis="{AXES[turn]}"/>' for turn in hips)
+    foot = f"""<inertial pos="0.03 0 -0.02" mass="0.6" diaginertia="0.0004 0.0016 0.0017"/>
+                  {_foot(feet)}"""
+    pitch = f'<joint name="{side}_ankle_pitch" axis="0 1 0"/>'
+    if inverts:
+        ankle = f"""<body name="{side}_ankle" pos="0 0 -0.3">
+                {pitch}<geom type="sphere" size="0.02" mass="0.1" contype="0" conaffinity="0"/>
+                <body name="{side}_foot">
+                  <joint name="{side}_ankle_roll" axis="1 0 0"/>{foot}
+                </body>
+              </body>"""
+    else:
+        ankle = f"""<body name="{side}_foot" pos="0 0 -0.3">{pitch}{foot}</body>"""
     return f"""
-      <body name="{side}_hip_pitch" pos="0 {sign * 0.06} -0.05">
-        <joint name="{side}_hip_pitch" axis="0 1 0"/><geom type="sphere" size="0.03" mass="1"/>
-        <body name="{side}_hip_roll" pos="0 {sign * 0.04} -0.03" quat="0.9961947 0 -0.0871557 0">
-          <joint name="{side}_hip_roll" axis="1 0 0"/><geom type="sphere" size="0.03" mass="1"/>
+      <body name="{side}_hip_{hips[0]}" pos="0 {sign * 0.06} -0.05">
+        {one}<geom type="sphere" size="0.03" mass="1"/>
+        <body name="{side}_hip_{hips[1]}" pos="0 {sign * 0.04} -0.03" quat="0.9961947 0 -0.0871557 0">
+          {two}<geom type="sphere" size="0.03" mass="1"/>
           <body name="{side}_thigh" quat="0.9961947 0 0.0871557 0">
-            <joint name="{side}_hip_yaw" axis="0 0 1"/><geom type="capsule" size="0.04" fromto="0 0 -0.03 0 0 -0.24" mass="3"/>
+            {three}<geom type="capsule" size="0.04" fromto="0 0 -0.03 0 0 -0.24" mass="3"/>
             <body name="{side}_shank" pos="0 0 -0.28">
               <joint name="{side}_knee" axis="0 1 0" {knee}/><geom type="capsule" size="0.03" fromto="0 0 0 0 0 -0.26" mass="2"/>
-              <body name="{side}_ankle" pos="0 0 -0.3">
-                <joint name="{side}_ankle_pitch" axis="0 1 0"/><geom type="sphere" size="0.02" mass="0.1" contype="0" conaffinity="0"/>
-                <body name="{side}_foot">
-                  <joint name="{side}_ankle_roll" axis="1 0 0"/><inertial pos="0.03 0 -0.02" mass="0.6" diaginertia="0.0004 0.0016 0.0017"/>
-                  {_foot(feet)}
-                </body>
-              </body>
+              {ankle}
             </body>
           </body>
         </body>
