@@ -20,6 +20,7 @@ _DAMPING = 1e-8
 _BOLDER = 8.0  # how much more a step is damped that has failed
 _LEVER_M = 0.1  # a turn of the foot by 1 rad counts as this
 _IDEAL_M = 1e-9
+_HIP, _KNEE, _ANKLE = 0, 3, 4  # hinges about y in the order of a leg's group
 
 
 @dataclass(frozen=True)
@@ -127,6 +128,27 @@ class LegChain:
             turn: its orientation there.
             start: (N, K) from the reference pose, in the order of the leg's group [rad].
         """
+        found = self._steps_from(place, turn, start)
+        hip, knee, ankle = (self._bend(hinge) for hinge in (_HIP, _KNEE, _ANKLE))
+        back = found[:, _KNEE] * knee
+        wrong = np.flatnonzero(back < 0)  # a knee does not bend backwards: the same pose from its other side
+        if len(wrong):
+            other, turned_back = found[wrong], np.broadcast_to(back, len(found))[wrong]
+            hip, knee, ankle = (np.broadcast_to(one, len(found))[wrong] for one in (hip, knee, ankle))
+            other[:, _HIP] += hip * turned_back
+            other[:, _KNEE] *= -1
+            other[:, _ANKLE] += ankle * turned_back
+            other = self.rows(wrong)._steps_from(place[wrong], turn[wrong], other)
+            right = other[:, _KNEE] * knee >= 0
+            found[wrong[right]] = other[right]
+        return found
+
+    def _bend(self, hinge: int) -> FloatArray:
+        """The sign by which a hinge turns about y, of every row."""
+        return np.sign(self.axes[..., list(self.order).index(hinge), 1])
+
+    def _steps_from(self, place: FloatArray, turn: FloatArray, start: FloatArray) -> FloatArray:
+        """Angles (N, K) that Newton's steps come to from those to start from."""
         found, left = start.copy(), np.arange(len(start))
         error, jacobian = self._missed(place, turn, found)
         caution = np.ones(len(start))
