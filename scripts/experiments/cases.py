@@ -357,7 +357,8 @@ def _keep(folder: Path, key: CaseKey, motion: Motion, simulated: Motion, props: 
     if props:
         fps = next(iter(props.values())).fps
         with atomic_path(folder / "motions" / f"{key.slug}_things.npz") as path, path.open("wb") as file:
-            np.savez_compressed(file, fps=np.array(fps), **as_arrays(props))
+            arrays: dict[str, Any] = {"fps": np.array(fps), **as_arrays(props)}
+            np.savez_compressed(file, **arrays)
 
 
 def _known(path: Path, experiment: Experiment, key: CaseKey) -> dict[str, Any] | None:
