@@ -8,7 +8,6 @@ from scipy.ndimage import median_filter
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import SIDES, Character
 from simprep.check.limits import joint_velocity, velocity_limits
-from simprep.check.soles import hold_soles
 from simprep.check.subject import STANDING, subject
 from simprep.errors import SimprepError
 from simprep.motion.contacts import detect_contacts, stances
@@ -16,6 +15,7 @@ from simprep.motion.kinematics import body_clearance, forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.set_down import set_down
 from simprep.physics.reference import lift_offset
+from simprep.preparation.planting import plant_feet
 
 SPIKE_FRAMES = 5
 """A spike is out of the median of so many frames, and back within them."""
@@ -122,7 +122,7 @@ def _still_soles(qpos: FloatArray, motion: Motion) -> tuple[FloatArray, list[str
     if slid <= SLIDE_M:
         return qpos, []
     try:
-        held = hold_soles(qpos, standing, motion.fps, motion.character)
+        held = plant_feet(qpos, None, standing, np.ones(len(qpos)), np.zeros(2), motion.fps, motion.character)
     except SimprepError as error:
         return qpos, [f"soles: left as they are ({error})"]
     before, after = (joint_velocity(subject(replace(motion, qpos=poses))).value or 0.0 for poses in (qpos, held.qpos))
@@ -132,7 +132,7 @@ def _still_soles(qpos: FloatArray, motion: Motion) -> tuple[FloatArray, list[str
             f"{after:.1f} times its limit"
         ]
     return held.qpos, [
-        f"soles: standing feet, which slid by up to {1e3 * slid:.0f} mm, held in place within {1e3 * held.missed_m:.0f} mm"
+        f"soles: standing feet, which slid by up to {1e3 * slid:.0f} mm, held in place within {1e3 * held.foot_error.max():.0f} mm"
     ]
 
 
