@@ -11,7 +11,7 @@ import simprep
 from simprep.character import SIDES, Character
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.leg_chain import LegChain
-from simprep.motion.limb_ik import legs, solve_leg
+from simprep.motion.limb_ik import leg_of_each, legs, solve_leg
 from simprep.motion.rotations import rotation_matrix
 from simprep.motion.transfer import onto
 from simprep.preparation import AlphaProfile, scenario
@@ -41,10 +41,12 @@ def bent_legs(robot: Character, count: int = 200) -> np.ndarray:
 @pytest.mark.parametrize("inverts", [True, False])
 @pytest.mark.parametrize("hips", ORDERS)
 def test_a_foot_comes_back_to_its_pose(tmp_path: Path, hips: tuple[str, ...], inverts: bool) -> None:
+    """With its knee bent forwards, also where the leg is nearly straight."""
     robot = robot_with(tmp_path, hips, inverts)
     qpos = bent_legs(robot)
     before = forward_kinematics(qpos, robot)
     rotation = rotation_matrix(before.xquat)
+    found = []
     for side, leg, foot in zip(SIDES, legs(robot), robot.feet):
         knee_axis = rotation[:, robot.segment(f"{side}_shank"), :, 1]
         moved = qpos.copy()
@@ -53,7 +55,18 @@ def test_a_foot_comes_back_to_its_pose(tmp_path: Path, hips: tuple[str, ...], in
         )
         after = forward_kinematics(moved, robot)
         np.testing.assert_allclose(after.xpos[:, foot], before.xpos[:, foot], atol=1e-8)
-        np.testing.assert_allclose(after.xquat[:, foot], before.xquat[:, foot], atol=1e-7)
+        np.testing.assert_allclose(rotation_matrix(after.xquat[:, foot]), rotation[:, foot], atol=1e-7)
+        assert (moved[:, 7 + leg.hinges[3]] * leg.sign[3] > 0).all()
+        found.append(moved[:, 7 + leg.hinges])
+    # both legs in one call, row by row
+    sides, rows = np.tile([0, 1], 200), np.repeat(np.arange(200), 2)
+    feet = np.array(robot.feet)[sides]
+    shanks = np.array([robot.segment(f"{side}_shank") for side in SIDES])[sides]
+    together = solve_leg(
+        leg_of_each(robot, sides), before.xpos[rows, 0], rotation[rows, 0], before.xpos[rows, feet], rotation[rows, feet],
+        rotation[rows, shanks, :, 1],
+    )  # fmt: skip
+    np.testing.assert_allclose(together, np.stack(found, axis=1).reshape(400, -1), atol=1e-9)
 
 
 def test_the_jacobian_is_the_derivative(tmp_path: Path) -> None:
