@@ -136,10 +136,10 @@ MPC_PRESETS = {
     "bake": MpcSettings(
         horizon=0.5,
         knot_spacing=0.05,
-        samples=60,
-        refined=28,
+        samples=56,
+        refined=25,
         iterations=6,
-        harder=((0.5, 120, 40),),
+        harder=((0.5, 160, 60),),
         weights=CostWeights(relative=500.0),
     ),
 }
