@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from measuring.fights import Setup, answered, reach_of, set_up, ways
+from measuring.fights import ATTACKS_ASKED_FOR, Setup, answered, reach_of, set_up, ways
 from measuring.save import save_study
 from simprep.duel.fight.live import LiveFight
 from simprep.duel.fight.modes import begin_fight
@@ -49,7 +49,7 @@ def passive_bout(setup: Setup, seed: int, seconds: float, preset: str) -> dict[s
 
 def interactive_bout(setup: Setup, seed: int, seconds: float, preset: str) -> dict[str, Any]:
     """One bout; every request asks for a kind of attack and a place."""
-    rng, reached, kinds = np.random.default_rng([seed, 1]), ways(setup), tuple(REQUESTS)
+    rng, reached, kinds = np.random.default_rng([seed, 1]), ways(setup), ATTACKS_ASKED_FOR
     made = begin_fight(setup.model, "interactive", seed, examples=setup.examples)
     live, avatar, asked, clock = LiveFight(made, seed, preset=preset), made.avatar, [], 1.0
     assert avatar is not None

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from measuring.fights import Setup, answered, reach_of, set_up, ways
+from measuring.fights import ATTACKS_ASKED_FOR, Setup, answered, reach_of, set_up, ways
 from simprep.duel.fight.alertness import Alertness, run
 from simprep.duel.fight.avatar import Avatar, Steering
 from simprep.duel.fight.baselines import IndependentChooser, RandomChooser
@@ -219,7 +219,7 @@ def one_interactive(
     frames, delay = round(seconds * model.fps), round(model.goal_delay * model.fps)
     avatar = Avatar(setup.model, 0, steering)
     bout = Bout(setup.examples, (avatar, DrawingChooser(model.players[1])), np.random.default_rng(seed))
-    kinds, reached = tuple(one for one in REQUESTS if one != "jump"), ways(setup)
+    kinds, reached = ATTACKS_ASKED_FOR, ways(setup)
     clock = {"next": 1.0, "asked": 0}
 
     def ask(bout: Bout) -> None:

@@ -14,12 +14,15 @@ from simprep.duel.fight.fight import Fight
 from simprep.duel.labels.labels import ASPECTS, QUALIFIERS, decode
 from simprep.duel.model.fight_model import FightModel
 from simprep.duel.model.held_out import learn_before, split_frame
+from simprep.duel.model.structures import REQUESTS
 from simprep.duel.synthetic.kinds import KIND_OF, attacks, context_of
 from simprep.duel.synthetic.make import make_synthetic
 from simprep.duel.synthetic.presets import preset
 from simprep.duel.synthetic.truth import Truth
 
 ANSWERED_FAST_S = 0.5
+ATTACKS_ASKED_FOR = tuple(one for one in REQUESTS if one != "jump")
+"""What studies ask an avatar for; a jump is no attack, so the truth has no answer to it."""
 REACT = {name: QUALIFIERS["react"].index(name) for name in ("kick", "punch")}
 
 
