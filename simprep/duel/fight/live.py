@@ -169,7 +169,7 @@ class LiveFight:
             self._begun = True
             for player in PLAYERS:
                 self._give(player, 0, 0)
-        frame = self._step * self.tracker.timestep * fps
+        frame = int(self.time * fps + 1e-6)
         while self._step < steps and not self.tracker.end:
             while self._pause is None and self.bout.frame < (self.time + self.settings.ahead_s) * fps:
                 self._draw()
