@@ -129,26 +129,22 @@ class LegChain:
             start: (N, K) from the reference pose, in the order of the leg's group [rad].
         """
         found = self._steps_from(place, turn, start)
-        hip, knee, ankle = (self._bend(hinge) for hinge in (_HIP, _KNEE, _ANKLE))
-        back = found[:, _KNEE] * knee
-        wrong = np.flatnonzero(back < 0)  # a knee does not bend backwards: the same pose from its other side
-        if len(wrong):
-            other, turned_back = found[wrong], np.broadcast_to(back, len(found))[wrong]
-            hip, knee, ankle = (np.broadcast_to(one, len(found))[wrong] for one in (hip, knee, ankle))
-            other[:, _HIP] += hip * turned_back
-            other[:, _KNEE] *= -1
-            other[:, _ANKLE] += ankle * turned_back
-            other = self.rows(wrong)._steps_from(place[wrong], turn[wrong], other)
-            right = other[:, _KNEE] * knee >= 0
-            found[wrong[right]] = other[right]
+        bends = np.broadcast_to(np.sign(self.axes[..., np.argsort(self.order), 1]), found.shape)
+        wrong = np.flatnonzero(found[:, _KNEE] * bends[:, _KNEE] < 0)
+        if not len(wrong):
+            return found
+        # a knee does not bend backwards: the same pose from its other side, where hip and ankle make up for it
+        other, bends = found[wrong], bends[wrong]
+        back = other[:, _KNEE] * bends[:, _KNEE]
+        other[:, [_HIP, _ANKLE]] += bends[:, [_HIP, _ANKLE]] * back[:, None]
+        other[:, _KNEE] *= -1
+        other = self.rows(wrong)._steps_from(place[wrong], turn[wrong], other)
+        right = other[:, _KNEE] * bends[:, _KNEE] >= 0
+        found[wrong[right]] = other[right]
         return found
 
-    def _bend(self, hinge: int) -> FloatArray:
-        """The sign by which a hinge turns about y, of every row."""
-        return np.sign(self.axes[..., list(self.order).index(hinge), 1])
-
     def _steps_from(self, place: FloatArray, turn: FloatArray, start: FloatArray) -> FloatArray:
-        """Angles (N, K) that Newton's steps come to from those to start from."""
+        """As `reach`, whichever way the knee bends."""
         found, left = start.copy(), np.arange(len(start))
         error, jacobian = self._missed(place, turn, found)
         caution = np.ones(len(start))

@@ -38,6 +38,8 @@ class Rollouts:
     ) -> tuple[Record, BoolArray]:
         """Simulate; returns records qpos, qvel, xpos, subtree_com (samples, steps, ...), and which samples diverged.
 
+        The records are overwritten by the next run.
+
         Args:
             data: of the world, read only.
             control: (samples, steps, controls) servo targets of the planner's actuators [rad].
