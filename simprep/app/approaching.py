@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 from simprep.app.aiming import IMPACT, aim, task_at, turn_to_strike
-from simprep.app.director import Caption, Place, Point
+from simprep.app.director import Caption, PieceDirector, Place, Point
 from simprep.app.stage import Stage, targets
 from simprep.arrays import FloatArray
 from simprep.controller.policy import Policy
@@ -48,7 +48,7 @@ def world_of(arm: str, world: World) -> World:
     )
 
 
-class Approaching:
+class Approaching(PieceDirector):
     """A `Director` whose first body does tasks; the others of the stage stay where they are, in guard.
 
     Args:
@@ -110,14 +110,14 @@ class Approaching:
         if self._pursuit is not None:
             self._pursuit.world = self.world
 
-    def begin(self) -> tuple[Motion, ...]:
-        """Standing at the origin (see `Director.begin`)."""
+    def first(self) -> tuple[Motion, ...]:
+        """Standing at the origin (see `PieceDirector.first`)."""
         stand = library_motion("stand")
         self._tail = cut(replace(stand, loop=False), 0, min(len(stand), 31))
         return self._tail, *self.stage.others
 
     def more(self, state: TrackerState) -> tuple[Motion | None, ...] | None:
-        """The next piece (see `Director.more`)."""
+        """The next piece (see `PieceDirector.more`)."""
         own = self._next(state) if state.ahead_s[0] < ASK_S else None
         others = [motion if ahead < ASK_S else None for motion, ahead in zip(self.stage.others, state.ahead_s[1:])]
         return (own, *others) if any(one is not None for one in (own, *others)) else None

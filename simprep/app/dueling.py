@@ -47,7 +47,7 @@ class _Noting:
 
 
 class Dueling:
-    """A fight with feedback (`simprep.duel.fight.live.LiveFight`); fighter A is the avatar in interactive mode.
+    """A `Director` of a fight with feedback (`simprep.duel.fight.live.LiveFight`); fighter A is the avatar in interactive mode.
 
     Args:
         mode: `automatic`, `interactive` or `passive`.
@@ -59,6 +59,8 @@ class Dueling:
         characters: the two bodies.
         live: the fight, once it has begun.
     """
+
+    longest_s = LONGEST_S
 
     def __init__(self, mode: str, seed: int = 0, model: FightModel | None = None, optimise: bool = False) -> None:
         self.fight: FightInMode = begin_fight(model or page_model(), mode, seed)
@@ -88,7 +90,7 @@ class Dueling:
             self._goal, self._stride = goal, None
 
     def begin(self, tracker: Tracker) -> None:
-        """Give the bodies what they follow first."""
+        """See `Director.begin`."""
         self.live = LiveFight(self.fight, self._seed, tracker, optimise=self._optimise)
         bout = self.fight.bout
         pair = [one if isinstance(one, RecordedChooser) else _Noting(one, self._notes) for one in bout.choosers]
@@ -96,7 +98,7 @@ class Dueling:
         self.live.run(1 / bout.fps)  # its first frame takes no time
 
     def advance(self, until_s: float) -> None:
-        """Simulate on until a time [s], and choose what is to be done meanwhile."""
+        """See `Director.advance`."""
         assert self.live is not None
         self._steer()
         self.live.run(until_s + 1 / self.fight.bout.fps)

@@ -21,7 +21,7 @@ import numpy as np
 from simprep.app.aiming import task_at
 from simprep.app.approaching import Approaching
 from simprep.app.director import Director, Point
-from simprep.app.dueling import LONGEST_S, Dueling
+from simprep.app.dueling import Dueling
 from simprep.app.moments import FPS, FloorReader, History, Moment
 from simprep.app.page_tracker import PageTracker
 from simprep.app.stage import BALL, LAUNCHES, STAGES, ball_on_post, ball_task, stage, struck
@@ -33,7 +33,6 @@ from simprep.motion.store import save_motion
 from simprep.physics.controller import ControllerFactory
 from simprep.physics.pushes import Push
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.tracker import ASK_S
 from simprep.preparation.scenario import ARMS
 from simprep.scene import SceneSettings
 
@@ -82,9 +81,7 @@ class Session:
         UnknownNameError: no such scene, arm, preset or controller.
     """
 
-    def __init__(
-        self, settings: SessionSettings | None = None, director: Callable[[], Director | Dueling] | None = None
-    ) -> None:
+    def __init__(self, settings: SessionSettings | None = None, director: Callable[[], Director] | None = None) -> None:
         self.settings = settings or SessionSettings()
         self._custom = director
         self.lock = threading.RLock()
@@ -134,7 +131,7 @@ class Session:
             self.stage = stage("empty" if self.is_duel else scene)
             if scene == "ball" and self._ball is not None:
                 self.stage = replace(self.stage, obstacles=ball_on_post(self._ball))
-            self.director: Director | Dueling
+            self.director: Director
             if self._custom is not None:
                 self.director = self._custom()
             elif self.is_duel:
@@ -145,10 +142,7 @@ class Session:
             self.tracker = PageTracker(
                 self.director.characters, s.preset, s.seed, s.controller, SimulationSettings(scene=world)
             )
-            if isinstance(self.director, Dueling):
-                self.director.begin(self.tracker)
-            else:
-                self.tracker.extend(*self.director.begin())
+            self.director.begin(self.tracker)
             model, bodies = self.tracker.model, self.tracker.bodies
             self._floor = [FloorReader(model, body) for body in bodies]
             self._things = np.array(
@@ -260,32 +254,16 @@ class Session:
             if tracker.end:
                 return False
             self._moments += 1
-            if isinstance(director, Dueling):
-                director.advance(self._moments / FPS)
-            else:
-                self._follow(director)
+            director.advance(self._moments / FPS)
             if tracker.end:
                 self.told = f"the simulation {tracker.end}; begin anew"
             self._time = tracker.state.time
             self.history.add(self._moment())
             self._clock.append((time.perf_counter(), self._time))
-            if isinstance(director, Dueling) and self._time > LONGEST_S:
+            if self._time > director.longest_s:
                 self.restart()
-                self.told = f"the fight began anew after {LONGEST_S:g} s"
+                self.told = f"began anew after {director.longest_s:g} s"
             return True
-
-    def _follow(self, director: Director) -> None:
-        """Simulate on for a moment, and ask for more where a reference runs out."""
-        tracker = self.tracker
-        state = tracker.state
-        if min(state.ahead_s) < ASK_S and not state.fallen:
-            more = director.more(state)
-            if more is not None:
-                tracker.extend(*more)
-        per_moment = 1 / FPS / tracker.timestep
-        for _ in range(round(self._moments * per_moment) - round((self._moments - 1) * per_moment)):
-            if not tracker.end:
-                tracker.step()
 
     def save(self, name: str, body: int = 0, seconds: float | None = None) -> Path:
         """Write what a body did in the last minute, or the last seconds, as a motion into the session's folder.

@@ -4,21 +4,21 @@ from dataclasses import replace
 
 import pytest
 
-from simprep.app.director import Caption
+from simprep.app.director import Caption, PieceDirector
 from simprep.app.session import Session, SessionSettings
 from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
 from simprep.motion.edit import cut
 
 
-class Standing:
+class Standing(PieceDirector):
     """Stands, and says so."""
 
     def __init__(self):
         self.characters = (humanoid(),)
         self.asked = 0
 
-    def begin(self):
+    def first(self):
         stand = library_motion("stand")
         return (cut(replace(stand, loop=False), 0, 20),)
 

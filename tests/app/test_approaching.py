@@ -28,7 +28,7 @@ class Played:
     def __init__(self, director):
         self.director, self.poses, self.time = director, [], 0.0
         self.seams = []
-        self._add(director.begin()[0])
+        self._add(director.first()[0])
 
     def _add(self, motion):
         if self.poses:

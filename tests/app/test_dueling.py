@@ -72,7 +72,7 @@ def test_two_bodies_are_simulated_and_shown(model, tmp_path):
 
 def test_what_a_fight_remembers_is_bounded(model, tmp_path, monkeypatch):
     monkeypatch.setattr("simprep.app.page_tracker.KEPT_S", 0.1)
-    monkeypatch.setattr("simprep.app.session.LONGEST_S", 1.0)
+    monkeypatch.setattr("simprep.app.dueling.Dueling.longest_s", 1.0)
     session = Session(
         SessionSettings("duel automatic", controller="pd", folder=tmp_path), lambda: Dueling("automatic", 1, model)
     )
