@@ -13,9 +13,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from experiments.cases import Experiment, Setting
+from experiments.cases import Experiment
 from experiments.placing import RIGHT
 from experiments.report import main
+from experiments.setting import Setting
 from simprep.app.aiming import strike
 from simprep.app.stage import STOPS_M, ball_on_post
 from simprep.controller.influence import Influence

@@ -16,9 +16,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from experiments.cases import Experiment, Setting
-from experiments.placing import Gate
+from experiments.cases import Experiment
 from experiments.report import main
+from experiments.setting import Gate, Setting
 from simprep.app.stage import BARS, DUCK_UNDER, DUCKED_WALK, STOPS_M, gate
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.approach import near_obstacles

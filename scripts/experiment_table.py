@@ -3,6 +3,7 @@
 Example: python scripts/experiment_table.py results
 """
 
+import argparse
 import json
 import sys
 from collections.abc import Mapping
@@ -69,5 +70,17 @@ def _interval(item: Mapping[str, Any] | None, factor: float, digits: int) -> str
     return f"{middle}" if low is None else f"{middle} ({low} to {high})"
 
 
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument(
+        "folder", nargs="?", type=Path, default=Path("results"), help="with a folder of each experiment"
+    )
+    options = parser.parse_args()
+    if not any((options.folder / sub / "metrics.json").exists() for sub in EXPERIMENTS.values()):
+        parser.error(f"{options.folder}: no experiment in it; valid: a folder with {', '.join(EXPERIMENTS.values())}")
+    print(tables(options.folder))
+    return 0
+
+
 if __name__ == "__main__":
-    print(tables(Path(sys.argv[1] if len(sys.argv) > 1 else "results")))
+    sys.exit(main())

@@ -16,9 +16,10 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from experiments.cases import Experiment, Setting
+from experiments.cases import Experiment
 from experiments.opponents import attacker
 from experiments.report import main
+from experiments.setting import Setting
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.task import Task
 from simprep.motion.motion import Motion

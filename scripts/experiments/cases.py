@@ -15,15 +15,16 @@ from typing import Any
 
 import numpy as np
 
-from experiments.placing import RIGHT, Gate, as_thing, fist_ways, place_gates, place_kick, place_opponent, walked
+from experiments.placing import RIGHT, fist_ways, place_gates, place_kick, place_opponent, walked
 from experiments.props import STRIKES_S, clearance_m, miss_m
+from experiments.setting import Setting, as_thing
 from experiments.world import as_arrays, fastest_m_s, simulate_among
 from simprep import __version__
 from simprep.app.aiming import strike_frame
 from simprep.controller.policy import Policy
 from simprep.controller.runtime.approach import Approach
 from simprep.controller.runtime.performer import RuntimeSettings
-from simprep.controller.runtime.task import Task, World
+from simprep.controller.runtime.task import World
 from simprep.controller.runtime.world import library_world
 from simprep.files import atomic_path
 from simprep.metrics.evaluate import evaluate_motion, evaluate_run
@@ -52,38 +53,6 @@ NTH_FRAME = 8
 _SURVIVED_S = 0.5
 
 Progress = Callable[[str, int, int], None]
-
-
-@dataclass(frozen=True)
-class Setting:
-    """One task drawn from a seed.
-
-    Attributes:
-        tasks: what to do.
-        place: (x, y [m], heading [rad]) at the beginning.
-        frame: of the walk to begin with.
-        things: what stands around; those with a mass move when they are hit.
-        drawn: the numbers drawn, for the record.
-        strikes: of a task by its number, the segment that shall strike and the name of the thing that it shall strike.
-        gates: of each task, the gate that it leads through.
-        blows: of a task by its number, the hand that shall strike and the number of the person.
-    """
-
-    tasks: tuple[Task, ...]
-    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    frame: int = 0
-    things: tuple[Obstacle, ...] = ()
-    drawn: Mapping[str, Any] = field(default_factory=dict)
-    strikes: Mapping[int, tuple[str, str]] = field(default_factory=dict)
-    gates: tuple[Gate, ...] = ()
-    blows: Mapping[int, tuple[str, int]] = field(default_factory=dict)
-
-    def struck(self, number: int) -> tuple[str, Obstacle] | None:
-        """The segment that shall strike in a task, and the thing; None where nothing shall be struck."""
-        if number not in self.strikes:
-            return None
-        segment, name = self.strikes[number]
-        return segment, as_thing(self.things, name)
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,12 @@ the motion as it is synthesised. What the simulated body misses is measured afte
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import mujoco
 import numpy as np
 
+from experiments.setting import Gate, Setting
 from simprep.app.aiming import strike
 from simprep.arrays import FloatArray
 from simprep.controller.influence import Influence
@@ -19,10 +19,7 @@ from simprep.controller.runtime.task import Task, World
 from simprep.motion.edit import move
 from simprep.motion.motion import Motion
 from simprep.preparation.blending import split_heading
-from simprep.scene import Obstacle, SceneSettings, scene_spec
-
-if TYPE_CHECKING:
-    from experiments.cases import Setting
+from simprep.scene import SceneSettings, scene_spec
 
 RIGHT = 1
 GATE_TRIES = 5
@@ -35,27 +32,12 @@ REACHES_M = 0.02
 """How deep a fist is placed in an opponent's trunk or head."""
 
 
-@dataclass(frozen=True)
-class Gate:
-    """A gate to go through with a target.
-
-    Attributes:
-        name: of the gate; its bar is called `NAME_bar`.
-        x: of its bar [m].
-        ahead: how far the bar should be before the root at the launch of the target [m].
-    """
-
-    name: str
-    x: float
-    ahead: float
-
-
-def walked(setting: "Setting", world: World) -> Approach:
+def walked(setting: Setting, world: World) -> Approach:
     """The approach from where the setting begins."""
     return approach(world, setting.tasks, setting.place, "walk", setting.frame)
 
 
-def place_kick(setting: "Setting", world: World, ball: Sequence[float]) -> tuple["Setting", Approach, dict[str, float]]:
+def place_kick(setting: Setting, world: World, ball: Sequence[float]) -> tuple[Setting, Approach, dict[str, float]]:
     """Move the beginning, and the goal with it, so that the middle of the sole passes through a ball when it strikes.
 
     Args:
@@ -74,8 +56,8 @@ def place_kick(setting: "Setting", world: World, ball: Sequence[float]) -> tuple
 
 
 def place_gates(
-    setting: "Setting", world: World, gates: Sequence[Gate]
-) -> tuple["Setting", Approach, dict[str, list[float]]]:
+    setting: Setting, world: World, gates: Sequence[Gate]
+) -> tuple[Setting, Approach, dict[str, list[float]]]:
     """Move the beginning, and the goals before later gates, so that each target is launched at its distance before its bar.
 
     Args:
@@ -164,14 +146,14 @@ def fist_ways(motion: Motion, person: Motion, hand: str, first: int, after: int)
     return out
 
 
-def shifted(setting: "Setting", shift: FloatArray) -> "Setting":
+def shifted(setting: Setting, shift: FloatArray) -> Setting:
     """The same task elsewhere on the floor; the things around it stay."""
     x, y = float(shift[0]), float(shift[1])
     place = (setting.place[0] + x, setting.place[1] + y, setting.place[2])
     return replace(setting, place=place, tasks=tuple(_moved_task(task, x, y) for task in setting.tasks))
 
 
-def _with_goals(setting: "Setting", by: FloatArray) -> "Setting":
+def _with_goals(setting: Setting, by: FloatArray) -> Setting:
     """Goals and sources of influence moved along x, each by its own distance [m]."""
     goals = {task.goal: float(way) for task, way in zip(setting.tasks, by)}
     tasks = []
@@ -191,8 +173,3 @@ def _moved_task(task: Task, x: float, y: float) -> Task:
 
 def _moved_source(source: Influence, x: float, y: float) -> Influence:
     return replace(source, position=(source.position[0] + x, source.position[1] + y))
-
-
-def as_thing(things: Sequence[Obstacle], name: str) -> Obstacle:
-    """The thing of a name."""
-    return next(thing for thing in things if thing.name == name)

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from experiments import cases as module
-from experiments.cases import ARMS, LAUNCH_METRICS, CaseKey, Experiment, Setting, build_worlds, make_approach, run_cases
+from experiments.cases import ARMS, LAUNCH_METRICS, CaseKey, Experiment, build_worlds, make_approach, run_cases
 from experiments.report import summarise
+from experiments.setting import Setting
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.task import Task
 from simprep.report.results import save_json
