@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from simprep.arrays import BoolArray, FloatArray
-from simprep.duel.fight.fight import FightAction
+from simprep.duel.fight.fight import NONE, FightAction
 from simprep.duel.fight.floor_move import FloorMove, GradualMove
-from simprep.duel.model.action_features import ActionSummaries
+from simprep.duel.model.action_features import ActionSummaries, summarise
+from simprep.motion.edit import yaw
 from simprep.motion.kinematics import Kinematics
 
 
@@ -28,9 +29,10 @@ class Performed:
 
 
 class FighterTrack:
-    """What one fighter has done and will do until the end of the current action."""
+    """What one fighter has done and will do until the end of the current action, at so many frames per second."""
 
-    def __init__(self) -> None:
+    def __init__(self, fps: float) -> None:
+        self.fps = fps
         self.qpos = np.empty((0, 0))
         self.contacts = np.empty((0, 2), dtype=bool)
         self.com = np.empty((0, 2))
@@ -68,6 +70,9 @@ class FighterTrack:
         share = gradual.share(np.arange(gradual.first, len(self.qpos)))
         self.com[part] = gradual.move.points(self.com[part], share)
         self.qpos[part] = gradual.move.poses(self.qpos[part], share)
+        for number, one in enumerate(self.done):
+            if one.action.end > gradual.first:
+                self.done[number] = replace(one, summary=self._summary(one.action))
 
     def moving(self, frame: float) -> FloorMove | None:
         """What is still to come of the moves made so far; None for nothing."""
@@ -83,6 +88,20 @@ class FighterTrack:
         for one in reversed(self.moves):
             qpos = one.move.undone(qpos, one.share(np.arange(len(qpos))))
         return qpos
+
+    def perform(self, action: FightAction, index: int) -> None:
+        """Note an action, whose frames were put; `index` as of `Performed`."""
+        self.done.append(Performed(action, index, self._summary(action)))
+
+    def end_at(self, frame: int) -> None:
+        """End the current action at a frame."""
+        last = self.done.pop()
+        moment = last.action.moment if last.action.moment < frame else NONE
+        self.perform(replace(last.action, end=frame, moment=moment), last.index)
+
+    def _summary(self, action: FightAction) -> ActionSummaries:
+        part = slice(action.start, action.end)
+        return summarise(self.qpos[part, :2], yaw(self.qpos[part, 3:7]), self.pose[part], self.fps)
 
     @property
     def current(self) -> Performed:

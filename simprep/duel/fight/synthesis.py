@@ -23,7 +23,8 @@ from simprep.duel.fight.placement import Aim, place
 from simprep.duel.fight.stitch import Seam, StitchSettings, plant, stitch
 from simprep.duel.fight.strikes import Strike, bent, strike_of
 from simprep.duel.fight.time_warp import Warp, WarpSettings, fit_warp
-from simprep.duel.model.action_features import ActionSummaries, FloorFrame, action_parameters, floor_frame, summarise
+from simprep.duel.model.action_features import FloorFrame, action_parameters, floor_frame
+from simprep.duel.model.tracks import local_joints
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError, SettingError
 from simprep.motion.edit import yaw
@@ -83,7 +84,7 @@ class Bout:
     ) -> None:
         self.examples, self.choosers, self.rng = examples, choosers, rng
         self.settings = settings or SynthesisSettings()
-        self._tracks = (FighterTrack(), FighterTrack())
+        self._tracks = (FighterTrack(examples.fps), FighterTrack(examples.fps))
         self._strikes: dict[int, Strike | None] = {}
         self.known_s: float | None = None
         self.astray: list[FloorMove | None] = [None, None]
@@ -196,9 +197,7 @@ class Bout:
                 f"fighter {player} cannot be interrupted at frame {frame}; valid: "
                 f"{max(first + 1, last.action.start + 2)} to {last.action.end - 1}"
             )
-        moment = last.action.moment if last.action.moment < frame else NONE
-        action = replace(last.action, end=frame, moment=moment)
-        track.done[-1] = Performed(action, last.index, self._summary(track, action))
+        track.end_at(frame)
 
     def cut(self, player: int, frame: int) -> None:
         """Forget what a fighter was going to do from a frame on, also actions that have been chosen but not begun.
@@ -211,18 +210,11 @@ class Bout:
             raise SettingError(f"fighter {player} cut at frame {frame}; valid: 2 to {track.current.action.end}")
         while len(track.done) > 1 and track.current.action.start > frame - 2:
             track.done.pop()
-        last = track.current
-        moment = last.action.moment if last.action.moment < frame else NONE
-        action = replace(last.action, end=frame, moment=moment)
-        track.done[-1] = Performed(action, last.index, self._summary(track, action))
+        track.end_at(frame)
 
     def move(self, player: int, gradual: GradualMove) -> None:
         """Move what a fighter is going to do on the floor, such as to where its body really is."""
-        track = self._tracks[player]
-        track.move(gradual)
-        for number, one in enumerate(track.done):
-            if one.action.end > gradual.first:
-                track.done[number] = replace(one, summary=self._summary(track, one.action))
+        self._tracks[player].move(gradual)
 
     def moving(self, player: int, frame: float) -> FloorMove | None:
         """What is still to come at a frame of a fighter's moves; None for nothing."""
@@ -246,7 +238,7 @@ class Bout:
         track.put(begin, qpos, contacts, kinematics, self._reduced(qpos, kinematics))
         # in the eyes of the model both stand in guard, as they did when the fight began
         action = FightAction(player, begin, begin + len(qpos) - CONTEXT, track.done[0].action.label, note=note)
-        track.done.append(Performed(action, NONE, self._summary(track, action)))
+        track.perform(action, NONE)
 
     def drawn(self, player: int, first: int) -> tuple[FloatArray, BoolArray]:
         """Poses (F, nq) and standing feet (F, 2) from a frame to the end of what was drawn, two frames of what follows included."""
@@ -369,7 +361,7 @@ class Bout:
             choice.request,
             choice.note,
         )
-        track.done.append(Performed(action, index, self._summary(track, action)))
+        track.perform(action, index)
 
     def _warp(self, player: int, index: int, begin: int, own_moment: int) -> Warp:
         """Time warp that lets the moments coincide, where there is an attack and it is possible."""
@@ -390,15 +382,9 @@ class Bout:
     def _known(self, index: int) -> int:
         return index if index < self.examples.known else NONE
 
-    def _summary(self, track: FighterTrack, action: FightAction) -> ActionSummaries:
-        part = slice(action.start, action.end)
-        return summarise(track.qpos[part, :2], yaw(track.qpos[part, 3:7]), track.pose[part], self.fps)
-
     def _reduced(self, qpos: FloatArray, kinematics: Kinematics) -> FloatArray:
-        """(F, k) reduced poses, prepared as by `model.tracks.pair_tracks`."""
-        offset = kinematics.xpos[:, 1:] - kinematics.xpos[:, :1]
-        flat = turned(offset[..., :2], -yaw(qpos[:, 3:7])[:, None])
-        return self.examples.basis.project(np.concatenate([flat, offset[..., 2:]], axis=-1))
+        """(F, k) reduced poses."""
+        return self.examples.basis.project(local_joints(kinematics, yaw(qpos[:, 3:7])))
 
 
 def synthesise(

@@ -2,12 +2,20 @@
 
 import numpy as np
 
+from simprep.arrays import FloatArray
 from simprep.duel.labels.segmentation import stream_kinematics
 from simprep.duel.model.action_features import PairTracks
 from simprep.duel.stream.stream import DuelStream
 from simprep.motion.edit import yaw
 from simprep.motion.kinematics import Kinematics
 from simprep.motion.turns import turned
+
+
+def local_joints(kinematics: Kinematics, heading: FloatArray) -> FloatArray:
+    """Joint positions (T, joints, 3) relative to the root joint, in axes that turn with the heading (T,) only [m]."""
+    offset = kinematics.xpos[:, 1:] - kinematics.xpos[:, :1]
+    flat = turned(offset[..., :2], -heading[:, None])
+    return np.concatenate([flat, offset[..., 2:]], axis=-1)
 
 
 def pair_tracks(stream: DuelStream, kinematics: tuple[Kinematics, Kinematics] | None = None) -> PairTracks:
@@ -17,15 +25,10 @@ def pair_tracks(stream: DuelStream, kinematics: tuple[Kinematics, Kinematics] | 
     """
     both = kinematics or stream_kinematics(stream)
     heading = [yaw(one.xquat[:, 0]) for one in both]
-    joints = []
-    for one, angle in zip(both, heading, strict=True):
-        offset = one.xpos[:, 1:] - one.xpos[:, :1]
-        flat = turned(offset[..., :2], -angle[:, None])
-        joints.append(np.concatenate([flat, offset[..., 2:]], axis=-1))
     return PairTracks(
         fps=stream.fps,
         root=np.stack([one.xpos[:, 0] for one in both], axis=1),
         heading=np.stack(heading, axis=1),
-        joints=np.stack(joints, axis=1),
+        joints=np.stack([local_joints(*pair) for pair in zip(both, heading, strict=True)], axis=1),
         com=np.stack([one.com for one in both], axis=1),
     )
