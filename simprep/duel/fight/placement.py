@@ -10,8 +10,8 @@ import numpy as np
 from simprep.arrays import FloatArray
 from simprep.duel.model.action_features import FloorFrame
 from simprep.motion.curves import minimum_jerk
-from simprep.motion.rotations import wrap_angle
-from simprep.motion.turns import turned
+from simprep.motion.rotations import multiply_quat, wrap_angle
+from simprep.motion.turns import about_vertical, turned
 
 HALF_WAY = 0.5
 """How much of the way to the original placement an action drifts."""
@@ -28,6 +28,13 @@ class Placement:
 
     position: FloatArray
     turn: FloatArray
+
+    def poses(self, qpos: FloatArray) -> FloatArray:
+        """The recorded poses (F, nq) there."""
+        out = qpos.copy()
+        out[:, :2] = self.position
+        out[:, 3:7] = multiply_quat(about_vertical(self.turn), qpos[:, 3:7])
+        return out
 
 
 @dataclass(frozen=True)

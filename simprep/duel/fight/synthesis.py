@@ -10,6 +10,7 @@ A `Bout` is stepped instead, to act while a fight goes on.
 """
 
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
@@ -316,10 +317,11 @@ class Bout:
         aim = None if choice.goal is None else Aim(choice.goal, round(choice.goal_s * self.fps))
         heading = float(yaw(source[0, 3:7]))
         example_frame = FloorFrame(examples.frames.origin[index], examples.frames.toward[index])
-        placement = place(
-            source[:, :2], heading, example_frame, situation.position, situation.heading, situation.frame, length,
-            aim, settings.longest_drift_m,
+        placed = partial(
+            place, source[:, :2], heading, example_frame, situation.position, situation.heading, situation.frame, length,
+            longest=settings.longest_drift_m,
         )  # fmt: skip
+        placement = placed(aim=aim)
         strike = self._strike(index) if settings.reach_m and aim is None else None
         if strike is not None:
             when = min(int(np.argmin(np.abs(times[:length] - strike.frame))), length - 1)
@@ -328,28 +330,15 @@ class Bout:
             off = self.astray[1 - player]
             there = there if off is None else off.poses(there[None], np.ones(1))[0]
             aim = bent(strike, placement, when, there, examples.bodies[1 - player], settings.reach_m)
-            placement = place(
-                source[:, :2], heading, example_frame, situation.position, situation.heading, situation.frame, length,
-                aim, settings.longest_drift_m,
-            )  # fmt: skip
-        target = source.copy()
-        target[:, :2] = placement.position
-        target[:, 3:7] = multiply_quat(about_vertical(placement.turn), source[:, 3:7])
+            placement = placed(aim=aim)
         before = found.qpos[0].copy()
         before[:2] = situation.position + turned(found.qpos[0, :2] - source[0, :2], placement.turn[0])
         before[3:7] = multiply_quat(about_vertical(placement.turn[:1])[0], before[3:7])
         seam = Seam(track.qpos[begin - 1 : begin + 2].copy(), track.contacts[begin].copy(), track.lift[begin].copy())
         made = stitch(
-            seam,
-            target,
-            before,
-            contacts,
-            found.turning[1:],
-            length,
-            self.fps,
-            examples.bodies[player],
+            seam, placement.poses(source), before, contacts, found.turning[1:], length, self.fps, examples.bodies[player],
             settings.stitch,
-        )
+        )  # fmt: skip
         track.put(begin, made.qpos, made.contacts, made.kinematics, self._reduced(made.qpos, made.kinematics))
         action = FightAction(
             player,
