@@ -127,10 +127,11 @@ class Page:
             gui.add_uplot(
                 (np.zeros(2), np.zeros(2)),
                 ({"label": "time [s]"}, {"label": label, "stroke": colour, "width": 2}),
-                height=110,
+                height=150,
+                padding=(10, 8, 0, 0),
                 scales={"x": {"time": False}, "y": {"range": span}},
                 legend={"show": False},
-                axes=({}, {"label": label, "labelSize": 16, "size": 44}),
+                axes=({"size": 32}, {"label": label, "labelSize": 16, "size": 44}),
             )
             for label, colour, span in (("α", "#e67800", (0.0, 1.0)), ("margin [m]", "#148c50", (-0.3, 0.3)))
         ]
