@@ -267,13 +267,15 @@ def spread(values: Sequence[float]) -> dict[str, float]:
 
 
 def flat(dictionaries: list[dict[str, Any]], before: str = "") -> dict[str, list[float]]:
-    """Numbers of nested dictionaries of equal shape by joined keys."""
+    """Numbers of nested dictionaries by joined keys; where some have None instead of a dictionary, of the others."""
     out: dict[str, list[float]] = {}
-    for key, value in dictionaries[0].items():
-        if isinstance(value, dict):
-            out |= flat([one[key] for one in dictionaries], f"{before}{key}.")
-        elif not isinstance(value, list):
-            out[f"{before}{key}"] = [one[key] for one in dictionaries]
+    for key in dictionaries[0]:
+        values = [one[key] for one in dictionaries]
+        inside = [one for one in values if isinstance(one, dict)]
+        if inside:
+            out |= flat(inside, f"{before}{key}.")
+        elif not isinstance(values[0], list):
+            out[f"{before}{key}"] = values
     return out
 
 
