@@ -22,10 +22,11 @@ from simprep.errors import SettingError
 from simprep.physics.bodies import SceneBody
 from simprep.physics.controller import ControlTask, feedforward_targets
 from simprep.physics.inverse_dynamics import needed_torques
+from simprep.physics.knots import Knots
 from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference
 from simprep.physics.rollouts import Record, Rollouts, record_of
-from simprep.physics.sampling import OffsetSearch, SearchSettings, linear_basis
+from simprep.physics.sampling import OffsetSearch, SearchSettings
 from simprep.physics.start_search import StartSearch
 from simprep.physics.tracking_cost import CostWeights, TrackingCost
 
@@ -39,7 +40,7 @@ class MpcSettings:
             steps, as it is one simulation, not hundreds.
         horizon: look-ahead [s].
         replan: time between two plans [s].
-        knot_spacing: time between two knots of the offset curve [s]; linear in between.
+        knot_spacing: time between two knots of the offset curve [s], which stay where they are in time; linear in between.
         samples: simulations in a plan's first iteration.
         refined: simulations in every later one, which tries what the one before found.
         iterations: iterations per plan.
@@ -71,14 +72,14 @@ class MpcSettings:
     samples: int = 21
     refined: int = 9
     iterations: int = 2
-    harder: tuple[tuple[float, int, int], ...] = ((0.5, 60, 20), (5.0, 140, 40))
+    harder: tuple[tuple[float, int, int], ...] = ((0.5, 40, 20), (2.0, 60, 20), (5.0, 140, 40))
     first_rounds: int = 12
     start_speed: float = 0.1
     start_spin: float = 0.3
     keep: int = 4
     shrink: float = 0.7
     damping: tuple[float, ...] = (0.03, 0.1, 0.3, 1.0, 3.0)
-    noise_scale: float = 0.8
+    noise_scale: float = 1.0
     noise: tuple[tuple[str, float], ...] = (
         ("hip_flexion", 0.15),
         ("hip_abduction", 0.15),
@@ -161,11 +162,7 @@ class MpcController:
         self._steps = max(1, round(s.horizon / dt))
         self._every = max(1, round(s.replan / world_dt))  # in steps of the world
         self._rng = np.random.default_rng(task.seed)
-        knots = int(np.ceil(s.horizon / s.knot_spacing - 1e-9)) + 1
-        self._basis = linear_basis(np.arange(self._steps, dtype=np.float64) * dt / s.knot_spacing, knots)
-        until_replan = np.arange(self._every, dtype=np.float64) * world_dt
-        self._world_basis = linear_basis(until_replan / s.knot_spacing, knots)
-        shift = linear_basis(np.arange(knots, dtype=np.float64) + self._every * world_dt / s.knot_spacing, knots)
+        self._knots = Knots(s.knot_spacing, s.horizon, dt, world_dt, self._every)
         std = [
             np.array([_noise_of(body.character.movement(name), s.noise) for name in body.joint_names]) * s.noise_scale
             for body in planner.bodies
@@ -179,7 +176,9 @@ class MpcController:
                 members,
                 np.concatenate([planner.bodies[member].controls.start + sampled[member] for member in members]),
                 OffsetSearch(
-                    shift, np.concatenate([std[member][sampled[member]] for member in members]), s.searches[0]
+                    self._knots.count,
+                    np.concatenate([std[member][sampled[member]] for member in members]),
+                    s.searches[0],
                 ),
             )
             for members in together
@@ -275,13 +274,14 @@ class MpcController:
         return record
 
     def _replan(self, step: int, data: mujoco.MjData) -> None:
+        passed = self._knots.go_on(step - self._planned_at if self._planned_at >= 0 else 0)
         cost = max(one.search.cost for one in self._searches)  # of the last plan
         level = sum(cost > least for least, _, _ in self._settings.harder)
         self._plans[level] += 1
         self._rollouts = self._levels[level]
         for one in self._searches:
             one.search.settings = self._settings.searches[level]
-            one.search.begin(moved=self._planned_at >= 0)
+            one.search.begin(passed)
         for iteration in range(self._settings.iterations):
             tried = [one.search.sample(self._rng, iteration) for one in self._searches]
             residuals, failed = self._simulate(step, data, iteration, tried)
@@ -292,7 +292,7 @@ class MpcController:
                 break  # every sample diverged: keep the plan
         self._offsets[:] = 0.0
         for one in self._searches:
-            self._offsets[:, self._planner.controls[one.controls]] = self._world_basis @ one.search.plan
+            self._offsets[:, self._planner.controls[one.controls]] = self._knots.world @ one.search.plan
 
     def _simulate(
         self, step: int, data: mujoco.MjData, iteration: int, tried: list[FloatArray], change: FloatArray | None = None
@@ -302,7 +302,7 @@ class MpcController:
         feedforward = self._feedforward[frames][:, self._planner.controls]  # (steps, planned controls)
         control = np.repeat(feedforward[None], len(tried[0]), axis=0)
         for one, theta in zip(self._searches, tried):
-            control[:, :, one.controls] += self._basis @ theta
+            control[:, :, one.controls] += self._knots.plan @ theta
         record, failed = self._rollouts[min(iteration, 1)].run(data, control, change)
         residuals = [self._residuals(step, one, record, theta) for one, theta in zip(self._searches, tried)]
         for errors in residuals:

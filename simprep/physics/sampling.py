@@ -35,16 +35,15 @@ class OffsetSearch:
     Its state is the plan, the least cost that was simulated for it, and the best samples (`kept`).
 
     Args:
-        shift: (knots, knots) moves a curve on by the time between two plans.
+        knots: of a curve.
         std: (sampled,) standard deviation of each sampled offset [rad].
         settings: numbers of samples, noise, damping.
     """
 
-    def __init__(self, shift: FloatArray, std: FloatArray, settings: SearchSettings) -> None:
+    def __init__(self, knots: int, std: FloatArray, settings: SearchSettings) -> None:
         self.settings = settings
         self.std = std
-        self._shift = shift
-        self.plan = np.zeros((len(shift), len(std)))
+        self.plan = np.zeros((knots, len(std)))
         self.cost = 0.0
         self.kept = np.zeros((0, *self.plan.shape))
 
@@ -52,15 +51,13 @@ class OffsetSearch:
         """Take a plan (knots, sampled) and good samples (n, knots, sampled) that were found otherwise [rad]."""
         self.plan, self.kept = plan, kept
 
-    def begin(self, moved: bool = True) -> None:
+    def begin(self, passed: int = 0) -> None:
         """Start a new plan from the last one and its best samples.
 
         Args:
-            moved: time has gone on since, so they are moved on.
+            passed: knots that have become past since then; as many like the last one are added.
         """
-        if moved:
-            self.kept = np.einsum("kl,nlj->nkj", self._shift, self.kept)
-            self.plan = self._shift @ self.plan
+        self.kept, self.plan = _without_first(self.kept, passed), _without_first(self.plan, passed)
         self._pool, self._costs = np.zeros((0, *self.plan.shape)), np.zeros(0)
         self._residuals, self._products = np.zeros((0, 0)), np.zeros((0, 0))
         self._steps = np.zeros((0, *self.plan.shape))
@@ -141,13 +138,7 @@ class OffsetSearch:
         return np.asarray(self._pool[best] + np.einsum("dn,nkj->dkj", combined, directions))
 
 
-def linear_basis(position: FloatArray, knots: int) -> FloatArray:
-    """Weights (n, knots) of linear interpolation between knots, held at the ends, at positions (n,) in knots from 0."""
-    position = np.clip(position, 0, knots - 1)
-    low = np.minimum(position.astype(int), knots - 2)
-    weight = position - low
-    basis = np.zeros((len(position), knots))
-    rows = np.arange(len(position))
-    basis[rows, low] = 1 - weight
-    basis[rows, low + 1] += weight
-    return basis
+def _without_first(curves: FloatArray, count: int) -> FloatArray:
+    """Curves (..., knots, sampled) whose first knots are gone, and whose last one is there as often more."""
+    knots = curves.shape[-2]
+    return curves[..., np.minimum(np.arange(knots) + count, knots - 1), :]

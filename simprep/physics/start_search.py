@@ -29,11 +29,11 @@ class StartSearch:
         self._free = np.flatnonzero(np.tile(std, bodies))
         self._std = np.tile(std, bodies)[self._free]
         everything = np.concatenate([np.tile(later.std, len(later.plan)), self._std])
-        self._search = OffsetSearch(np.eye(1), everything, later.settings)
+        self._search = OffsetSearch(1, everything, later.settings)
 
     def begin(self) -> None:
         """Start another round."""
-        self._search.begin(moved=False)
+        self._search.begin()
 
     def sample(self, rng: np.random.Generator, iteration: int) -> tuple[FloatArray, FloatArray]:
         """Offsets (samples, knots, sampled) [rad] and changes of velocities (samples, bodies, 6) [m/s, rad/s] to try.

@@ -88,7 +88,7 @@ SEARCH = SearchSettings(samples=20, refined=8, keep=2, shrink=0.7, scales=(0.25,
 
 
 def search_of(knots: int, sampled: int, settings: SearchSettings = SEARCH) -> OffsetSearch:
-    search = OffsetSearch(np.eye(knots), np.full(sampled, 0.1), settings)
+    search = OffsetSearch(knots, np.full(sampled, 0.1), settings)
     search.begin()
     return search
 
@@ -130,11 +130,11 @@ def test_a_step_from_few_samples_never_leaves_what_they_span_and_lowers_the_cost
 def test_rounds_without_time_between_them_find_what_one_cannot() -> None:
     rng = np.random.default_rng(6)
     response, constant = rng.standard_normal((100, 40)), rng.standard_normal(100)  # 40 unknowns, 28 samples a round
-    search = OffsetSearch(np.full((4, 4), 0.25), np.full(10, 0.1), replace(SEARCH, damping=(1e-9,)))
+    search = OffsetSearch(4, np.full(10, 0.1), replace(SEARCH, damping=(1e-9,)))
     least = np.sum((response @ np.linalg.lstsq(response, -constant)[0] + constant) ** 2)
     excess = []
     for _ in range(12):
-        search.begin(moved=False)  # moving would average the knots
+        search.begin()
         for iteration in range(2):
             tried = search.sample(rng, iteration)
             residuals = tried.reshape(len(tried), -1) @ response.T + constant
