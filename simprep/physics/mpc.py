@@ -140,7 +140,7 @@ MPC_PRESETS = {
         samples=56,
         refined=25,
         iterations=6,
-        harder=((0.5, 160, 60),),
+        harder=((0.5, 100, 40),),
         weights=CostWeights(relative=500.0),
     ),
 }
