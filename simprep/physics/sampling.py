@@ -93,11 +93,17 @@ class OffsetSearch:
         """
         s = self.settings
         # all iterations of a plan begin in the same state, so earlier samples still count
-        self._pool = np.concatenate([self._pool, theta])
-        self._residuals = np.concatenate([self._residuals.reshape(-1, residuals.shape[1]), residuals])
-        among = residuals @ self._residuals.T  # the products of earlier ones are there
         before = len(self._products)
-        self._products = np.block([[self._products, among[:, :before].T], [among]])
+        if before:
+            self._pool = np.concatenate([self._pool, theta])
+            self._residuals = np.concatenate([self._residuals, residuals])
+        else:
+            self._pool, self._residuals = theta, residuals.copy()
+        among = residuals @ self._residuals.T
+        products = np.empty((len(self._pool), len(self._pool)))
+        products[:before, :before] = self._products  # of earlier ones
+        products[before:], products[:before, before:] = among, among[:, :before].T
+        self._products = products
         self._costs = np.concatenate([self._costs, np.where(failed, np.inf, np.diagonal(among, before))])
         order = np.argsort(self._costs, kind="stable")
         order = order[np.isfinite(self._costs[order])]

@@ -76,6 +76,7 @@ class TrackingCost:
             self._instants = np.append(self._instants, steps - 1)
         self._time_weight = np.ones(len(self._instants))
         self._time_weight[-1] += weights.final * len(self._instants)
+        self._scales: dict[int, list[FloatArray]] = {}  # by how many instants count
         self._qpos, self._qvel = reference.qpos, np.ascontiguousarray(reference.qvel[:, qvel_index])
         self._xpos = reference.kinematics.xpos
         self._com = reference.kinematics.com
@@ -96,12 +97,10 @@ class TrackingCost:
         w, n = self._weights, len(theta)
         effort = np.sqrt(w.effort / theta[0].size) * theta.reshape(n, -1)
         frames = step + self._ratio * (1 + self._instants)
-        inside = frames <= self._last
-        if not inside.any():
+        count = int(np.searchsorted(frames, self._last, side="right"))
+        if count == 0:
             return np.asarray(effort)
-        pick = self._instants[inside]
-        state = frames[inside]
-        weight = self._time_weight[inside] / self._time_weight[inside].sum()
+        pick, state = self._instants[:count], frames[:count]
         # positions recorded after a step belong to the state before it
         xpos = record["xpos"][:, pick, 1:]  # (n, t, segments, 3)
         com = record["subtree_com"][:, pick, 1]
@@ -111,29 +110,47 @@ class TrackingCost:
         target_foot = target_xpos[:, self._feet, :]
         com_foot = (com[:, :, None] - foot) - (target_com[:, None] - target_foot)
         # backward difference over a planner step, so the reference's central one is taken half a step earlier
-        before = record["xpos"][:, pick - 1][:, :, self._foot_entries]
+        before = record["xpos"][:, (pick - 1)[:, None], self._foot_entries]
         foot_velocity = (foot - before) / self._planner_dt
         target_foot_velocity = self._foot_velocity[state - self._ratio - self._ratio // 2]
         velocity_error = record["qvel"][:, pick] - self._qvel[state]
-        segments, hinges = xpos.shape[2], velocity_error.shape[2] - 6
         parts = (
-            (w.position / segments, error),
-            (w.relative / segments, error[:, :, 1:] - error[:, :, :1]),
-            (4 * w.orientation, _rotation_error(record["qpos"][:, pick, 3:7], self._qpos[state, 3:7])),
-            (w.velocity, velocity_error[..., :3]),
-            (w.spin, velocity_error[..., 3:6]),
-            (w.com_to_foot / 2, com_foot),
-            (w.foot_height / 2, (foot - target_foot)[..., 2]),
-            (w.foot_velocity / 2, foot_velocity - target_foot_velocity),
-            (w.joint_velocity / hinges, velocity_error[..., 6:]),
+            error,
+            error[:, :, 1:] - error[:, :, :1],
+            _rotation_error(record["qpos"][:, pick, 3:7], self._qpos[state, 3:7]),
+            velocity_error[..., :3],
+            velocity_error[..., 3:6],
+            com_foot,
+            (foot - target_foot)[..., 2],
+            foot_velocity - target_foot_velocity,
+            velocity_error[..., 6:],
         )
-        ends = np.cumsum([0, *(part[0, 0].size for _, part in parts)])
+        if count not in self._scales:
+            self._scales[count] = self._scales_of(count, xpos.shape[2], velocity_error.shape[2] - 6)
+        ends = np.cumsum([0, *(part[0, 0].size for part in parts)])
         out = np.empty((n, len(pick) * ends[-1] + effort.shape[1]))
         at_instants = out[:, : len(pick) * ends[-1]].reshape(n, len(pick), -1)  # a view
-        for (c, part), first, after in zip(parts, ends, ends[1:]):
-            np.multiply(part.reshape(n, len(pick), -1), np.sqrt(c * weight)[:, None], out=at_instants[..., first:after])
+        for part, scale, first, after in zip(parts, self._scales[count], ends, ends[1:]):
+            np.multiply(part.reshape(n, len(pick), -1), scale, out=at_instants[..., first:after])
         out[:, at_instants[0].size :] = effort
         return out
+
+    def _scales_of(self, count: int, segments: int, hinges: int) -> list[FloatArray]:
+        """Factors (count, 1) of each part of the residuals at the first instants."""
+        w = self._weights
+        weight = self._time_weight[:count] / self._time_weight[:count].sum()
+        factors = (
+            w.position / segments,
+            w.relative / segments,
+            4 * w.orientation,
+            w.velocity,
+            w.spin,
+            w.com_to_foot / 2,
+            w.foot_height / 2,
+            w.foot_velocity / 2,
+            w.joint_velocity / hinges,
+        )
+        return [np.sqrt(factor * weight)[:, None] for factor in factors]
 
 
 def _rotation_error(a: FloatArray, b: FloatArray) -> FloatArray:
