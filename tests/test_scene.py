@@ -102,3 +102,29 @@ def test_the_floor_is_as_slippery_as_was_asked_for(friction: float) -> None:
     assert floor.sum() == 8
     np.testing.assert_array_equal(data.contact.friction[floor, :2], friction)
     np.testing.assert_allclose(data.contact.solref[floor, 0], 0.01)  # as hard as before
+
+
+def test_bodies_are_as_hard_to_each_other_as_their_parts_and_floor_and_obstacles_as_they_were() -> None:
+    """Two bodies in one place, in the floor and in a box: everything touches everything."""
+    box = Obstacle("box", (0.0, 0.0, 0.9), (0.3, 0.3, 0.3))
+    model = build_scene(SceneSettings((humanoid(), humanoid()), (box,)))
+    data = mujoco.MjData(model)
+    for number in range(2):
+        own = data.qpos[number * humanoid().nq :][: humanoid().nq]
+        own[:] = humanoid().standing_qpos
+        own[2] -= 0.01
+    mujoco.mj_forward(model, data)
+    seen = set()
+    for contact in data.contact:
+        names = [model.geom(int(geom)).name for geom in contact.geom]
+        if {"floor", "box"} & set(names):
+            assert tuple(contact.solref) == (0.01, 1.0)
+            seen.add("fixed")
+        elif {name[0] for name in names} == {"a", "b"}:
+            parts = [name[2:].removeprefix("left_").removeprefix("right_") for name in names]
+            wanted = {"head": 0.008, "shank": 0.008, "hand": 0.0066, "forearm": 0.0066, "heel": 0.0066}
+            if any("ball" in part or part == "toe" for part in parts):
+                continue
+            np.testing.assert_allclose(contact.solref, [np.mean([wanted.get(part, 0.01) for part in parts]), 0.5])
+            seen.add("bodies")
+    assert seen == {"fixed", "bodies"}

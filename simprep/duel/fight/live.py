@@ -11,7 +11,7 @@ contact decide where a body is (`floor_move.move_between`). Who falls lies, gets
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from time import perf_counter
 
 import numpy as np
@@ -23,6 +23,7 @@ from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.floor_move import FloorMove, GradualMove, move_between
 from simprep.duel.fight.hits import judge_actions
 from simprep.duel.fight.modes import FightInMode
+from simprep.duel.fight.pace import PaceSettings
 from simprep.duel.fight.passive import ReactingChooser, RecordedChooser
 from simprep.duel.fight.posture import posture_of_piece, punching_at
 from simprep.duel.fight.recovery import Recovery
@@ -53,6 +54,7 @@ class LiveSettings:
         dead_m: bodies this near to their references are left alone [m].
         dead_rad: and turned by less than this [rad].
         reach_m: how far an attacker is drawn at most for a strike to meet its target [m]; 0: not.
+        pace: how fast the feet of an action may go; None: as fast as in its example.
         react_s: who is struck ends the own action so long after the blow [s]; 0: nobody reacts.
         tries: attempts to roll over or get up before a fighter stays down.
     """
@@ -64,6 +66,7 @@ class LiveSettings:
     dead_m: float = 0.1
     dead_rad: float = 0.15
     reach_m: float = 0.3
+    pace: PaceSettings | None = field(default_factory=PaceSettings)
     react_s: float = 0.12
     tries: int = 6
 
@@ -141,7 +144,7 @@ class LiveFight:
         self._pause: int | None = None
         self._waiting: tuple[list[FloatArray], list[FloatArray]] = ([], [])
         self._recovery = Recovery(self.bout.examples.bodies, self.bout.fps, self.settings.tries)
-        self.bout.settings = replace(self.bout.settings, reach_m=self.settings.reach_m)
+        self.bout.settings = replace(self.bout.settings, reach_m=self.settings.reach_m, pace=self.settings.pace)
         self._struck: list[StruckChooser | None] = [None, None]
         choosers = list(self.bout.choosers)
         for player, own in enumerate(choosers):

@@ -20,9 +20,10 @@ from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.fight import NONE, Fight, FightAction
 from simprep.duel.fight.fighter_track import FighterTrack, Performed
 from simprep.duel.fight.floor_move import FloorMove, GradualMove
+from simprep.duel.fight.pace import Paces, PaceSettings
 from simprep.duel.fight.placement import Aim, place
 from simprep.duel.fight.stitch import Seam, StitchSettings, plant, stitch
-from simprep.duel.fight.strikes import Strike, bent, strike_of
+from simprep.duel.fight.strikes import Strikes, bent
 from simprep.duel.fight.time_warp import Warp, WarpSettings, fit_warp
 from simprep.duel.model.action_features import FloorFrame, action_parameters, floor_frame
 from simprep.duel.model.tracks import local_joints
@@ -47,12 +48,14 @@ class SynthesisSettings:
         warp: of time; None never warps.
         longest_drift_m: farthest drift towards a wished position within an action [m].
         reach_m: how far an attacker is drawn at most to or from the opponent for a strike to meet its target [m]; 0: not.
+        pace: how fast feet may go; None: as fast as recorded.
     """
 
     stitch: StitchSettings = field(default_factory=StitchSettings)
     warp: WarpSettings | None = field(default_factory=WarpSettings)
     longest_drift_m: float = 0.6
     reach_m: float = 0.0
+    pace: PaceSettings | None = None
 
 
 class Bout:
@@ -86,7 +89,7 @@ class Bout:
         self.examples, self.choosers, self.rng = examples, choosers, rng
         self.settings = settings or SynthesisSettings()
         self._tracks = (FighterTrack(examples.fps), FighterTrack(examples.fps))
-        self._strikes: dict[int, Strike | None] = {}
+        self._strikes, self._paces = Strikes(examples), Paces(examples)
         self.known_s: float | None = None
         self.astray: list[FloorMove | None] = [None, None]
         if start is None:
@@ -304,11 +307,11 @@ class Bout:
         examples, settings = self.examples, self.settings
         index, track = choice.example, self._tracks[player]
         begin = track.current.action.end
-        recorded = int(examples.actions.end[index] - examples.actions.start[index])
-        own_moment = int(examples.moments[index] - examples.actions.start[index])
+        pace, start = self._paces.of(index, settings.pace), int(examples.actions.start[index])
+        own_moment = pace.at(int(examples.moments[index]) - start)
         warp = self._warp(player, index, begin, own_moment)
-        length = warp.length(recorded)
-        times = warp.source(np.arange(length + CONTEXT, dtype=np.float64))
+        length = warp.length(pace.at(int(examples.actions.end[index]) - start))
+        times = pace.source(warp.source(np.arange(length + CONTEXT, dtype=np.float64)))
         # one frame before the action, for the velocity with which it begins
         found = examples.excerpt(index, np.append(times[0] - (times[1] - times[0]), times))
         source, contacts = found.qpos[1:], found.contacts[1:]
@@ -322,7 +325,7 @@ class Bout:
             longest=settings.longest_drift_m,
         )  # fmt: skip
         placement = placed(aim=aim)
-        strike = self._strike(index) if settings.reach_m and aim is None else None
+        strike = self._strikes.of(index) if settings.reach_m and aim is None else None
         if strike is not None:
             when = min(int(np.argmin(np.abs(times[:length] - strike.frame))), length - 1)
             other = self._tracks[1 - player]
@@ -352,7 +355,7 @@ class Bout:
         )
         track.perform(action, index)
 
-    def _warp(self, player: int, index: int, begin: int, own_moment: int) -> Warp:
+    def _warp(self, player: int, index: int, begin: int, own_moment: float) -> Warp:
         """Time warp that lets the moments coincide, where there is an attack and it is possible."""
         other = self._tracks[1 - player].during(begin)
         ahead = other.action.moment - begin
@@ -362,11 +365,6 @@ class Bout:
         if not (self.examples.attacks[index] or attacked):
             return Warp()
         return fit_warp(own_moment, ahead, self.settings.warp) or Warp()
-
-    def _strike(self, index: int) -> Strike | None:
-        if index not in self._strikes:
-            self._strikes[index] = strike_of(self.examples, index)
-        return self._strikes[index]
 
     def _known(self, index: int) -> int:
         return index if index < self.examples.known else NONE

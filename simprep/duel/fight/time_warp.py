@@ -63,7 +63,7 @@ class Warp:
         after = np.maximum(frames - self.wanted, 0.0)
         return np.asarray(self.speed * (frames - after) + bend + after)
 
-    def length(self, frames: int) -> int:
+    def length(self, frames: float) -> int:
         """Length of an action of so many frames, warped."""
         return max(2, round(frames + self.wanted - self.moment))
 

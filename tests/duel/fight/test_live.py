@@ -13,6 +13,7 @@ from simprep.duel.fight.getting_up import PRONE, SUPINE, lying, roll_over, way_u
 from simprep.duel.fight.hits import JudgedContact
 from simprep.duel.fight.live import DOWN, REACTS, WAITS, LiveFight, LiveSettings
 from simprep.duel.fight.modes import begin_fight
+from simprep.duel.fight.pace import AS_RECORDED, Pace, PaceSettings, pace_of
 from simprep.duel.fight.placement import place
 from simprep.duel.fight.strikes import bent, strike_of
 from simprep.duel.labels.labels import Label
@@ -36,7 +37,7 @@ from simprep.physics.settings import SimulationSettings
 from simprep.physics.tracker import Tracker
 from simprep.physics.tracker_state import TrackerState
 
-QUIET = LiveSettings(reach_m=0.0, react_s=0.0)
+QUIET = LiveSettings(reach_m=0.0, pace=None, react_s=0.0)
 NEVER = FloorMove(np.zeros(2), 0.0, np.zeros(2))
 
 
@@ -254,6 +255,40 @@ def test_a_bent_strike_meets_its_target_where_the_example_did(examples):
 def touch(start, impulse, attack=0, attacker=0, verdict="hit"):
     contact = BodyContact(start, 0.03, (0, 1), ("left_hand", "thorax"), impulse, 900.0, 5.0, (0, 0, 1.2), 0.01)
     return JudgedContact(**contact.__dict__, verdict=verdict, attacker=attacker, attack=attack)
+
+
+def test_a_pace_shows_frames_later_and_finds_them_again():
+    pace = Pace(np.array([0.0, 1.0, 3.0, 4.0]))
+    assert pace.at(1.5) == 2.0
+    np.testing.assert_allclose(pace.source(np.array([0.0, 2.0, 4.0, 5.5])), [0.0, 1.5, 3.0, 4.5])
+    np.testing.assert_array_equal(AS_RECORDED.source(np.array([0.3, 7.0])), [0.3, 7.0])
+
+
+def feet_speed(examples, index, times):
+    """(F,) of the faster foot against the pelvis [m/s], and whether a foot stands."""
+    found, body = examples.excerpt(index, times), examples.bodies[int(examples.actions.player[index])]
+    place = forward_kinematics(found.qpos, body).xpos
+    way = place[:, body.feet] - place[:, [body.segment("pelvis")]]
+    return np.linalg.norm(np.gradient(way, 1 / examples.fps, axis=0), axis=-1).max(axis=1), found.contacts.any(axis=1)
+
+
+def test_feet_are_slowed_to_the_limits_and_slow_actions_are_left_alone(examples):
+    limits = PaceSettings()
+    slowed = 0
+    for index in range(120):
+        length = int(examples.actions.end[index] - examples.actions.start[index])
+        pace = pace_of(examples, index, limits)
+        most = limits.strike if examples.attacks[index] else limits.back
+        speed, stands = feet_speed(examples, index, np.arange(length + 1.0))
+        if pace is AS_RECORDED:
+            assert not (speed[stands] > most).any()
+            continue
+        slowed += 1
+        assert pace.shown[-1] > length
+        flight = max(speed[~stands], default=0.0)  # nothing is slowed there, nor at once where it ends
+        after, stands = feet_speed(examples, index, pace.source(np.arange(round(pace.shown[-1]) + 1.0)))
+        assert after[1:-1][stands[1:-1]].max() < max(1.15 * most, flight)
+    assert 3 < slowed < 60
 
 
 def test_contacts_of_one_attack_are_one_blow_and_falls_after_hard_ones_are_knock_downs():
