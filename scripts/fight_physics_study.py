@@ -5,6 +5,8 @@ Example: python scripts/fight_physics_study.py --bouts 10 --seconds 60 -o result
 *planned*: the whole bout is drawn first and simulated then, up to its first fall (`simprep fight --no-feedback`).
 *feedback*: it is simulated while it is drawn, and goes on after falls. The model has learned from two thirds of its
 stream; distances to recorded distributions are to the other third.
+*feedback_through* (only if asked for, by --arms): as *feedback*, but the fighters pass through each other: what contact
+between them costs.
 
 Every case (bout, arm) is written to OUT/cases as soon as it is done; a study that is started again goes on where it
 was. Writes OUT/fight_physics.json and OUT/fight_physics.md. Computing times mean something only if nothing else runs.
@@ -38,12 +40,15 @@ from simprep.metrics.interaction.evaluate import FightResults, evaluate_fight, e
 from simprep.metrics.interaction.stream import plain
 from simprep.metrics.paired import bootstrap_median
 from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.settings import SimulationSettings
 from simprep.physics.store import save_run
+from simprep.physics.tracker import Tracker
 from simprep.physics.yardstick import Yardstick
 from simprep.report.results import provenance, save_json
+from simprep.scene import SceneSettings
 
 SCHEMA = "simprep.fight_physics_study/4"
-ARMS = ("planned", "planned_optimised", "feedback", "feedback_optimised")
+ARMS = ("planned", "planned_optimised", "feedback", "feedback_optimised", "feedback_through")
 SHOWN = {
     "end_s": "simulated s",
     "falls_unprovoked": "falls without a blow",
@@ -181,9 +186,12 @@ def bout(
         made.run(options.seconds)
         fight = made.fight(options.seconds)
         return evaluate_fight(fight, recorded, True, optimise, seed, tick, None, MPC_PRESETS[options.preset])
-    live = LiveFight(made, seed, preset=options.preset, optimise=optimise)
+    meet = not arm.endswith("_through")
+    physics = SimulationSettings(scene=SceneSettings(bodies_meet=meet))
+    tracker = Tracker(examples.bodies, options.preset, seed, settings=physics)
+    live = LiveFight(made, seed, tracker, optimise=optimise)
     live.run(options.seconds, tick)
-    return evaluate_live(live, recorded)
+    return evaluate_live(live, recorded, meet)
 
 
 def case(
@@ -284,7 +292,7 @@ def main() -> int:
     parser.add_argument("--seconds", type=float, default=60.0)
     parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--model", type=Path, help="folder of a model; default: of the built-in kickboxing stream")
-    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS))
+    parser.add_argument("--arms", nargs="+", choices=ARMS, default=list(ARMS[:4]))
     parser.add_argument("--preset", choices=list(MPC_PRESETS), default="default")
     parser.add_argument("-o", "--out", type=Path, default=Path("results/fight_feedback"))
     options = parser.parse_args()
@@ -322,7 +330,7 @@ def main() -> int:
     summaries = {arm: summarise(cases) for arm, cases in done.items()}
     compared = (
         ("planned", "feedback"), ("planned_optimised", "feedback_optimised"), ("feedback", "feedback_optimised"),
-        ("planned", "planned_optimised"),
+        ("planned", "planned_optimised"), ("feedback_through", "feedback"),
     )  # fmt: skip
     pairs = {f"{b} minus {a}": differences(done, a, b) for a, b in compared if a in done and b in done}
     content = {

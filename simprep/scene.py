@@ -64,12 +64,14 @@ class SceneSettings:
         timestep: simulation step [s].
         friction: sliding friction coefficient of the floor. Below 1 it holds for whatever touches the floor; above, the
             larger of both does, as is MuJoCo's rule.
+        bodies_meet: bodies collide with each other; otherwise they pass through each other, to compare with.
     """
 
     bodies: tuple[Character, ...] = (humanoid(),)
     obstacles: tuple[Obstacle, ...] = ()
     timestep: float = DEFAULT_TIMESTEP_S
     friction: float = DEFAULT_FRICTION
+    bodies_meet: bool = True
 
 
 def body_prefix(number: int, count: int) -> str:
@@ -89,7 +91,7 @@ def body_prefix(number: int, count: int) -> str:
     return letters + "_"
 
 
-def collision_bits(number: int, count: int) -> tuple[int, int]:
+def collision_bits(number: int, count: int, meet: bool = True) -> tuple[int, int]:
     """MuJoCo's `contype` and `conaffinity` of a body's geoms: they meet floor, objects and other bodies only.
 
     A body's type is its number from 1 as a binary code, its affinity the code's complement. Two different codes differ
@@ -98,9 +100,11 @@ def collision_bits(number: int, count: int) -> tuple[int, int]:
     Args:
         number: which body, from 0.
         count: bodies in the scene, 1 to `BODY_LIMIT`.
+        meet: whether bodies meet each other.
     """
     code = number + 1
-    return code << 1, FLOOR_BIT | (_code_mask(count) ^ code) << 1 | OBJECT_BIT
+    others = (_code_mask(count) ^ code) << 1 if meet else 0
+    return code << 1, FLOOR_BIT | others | OBJECT_BIT
 
 
 def _code_mask(count: int) -> int:
@@ -131,7 +135,7 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
         )
     if not 0 < settings.timestep <= 0.02:
         raise SettingError(f"timestep {settings.timestep} s; valid: above 0, at most 0.02")
-    spec = settings.bodies[0].build() if count == 1 else _bodies_spec(settings.bodies)
+    spec = settings.bodies[0].build() if count == 1 else _bodies_spec(settings.bodies, settings.bodies_meet)
     spec.option.timestep = settings.timestep
     spec.add_texture(
         name="floor", type=mujoco.mjtTexture.mjTEXTURE_2D, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
@@ -157,7 +161,7 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
     return spec
 
 
-def _bodies_spec(bodies: Sequence[Character]) -> mujoco.MjSpec:
+def _bodies_spec(bodies: Sequence[Character], meet: bool) -> mujoco.MjSpec:
     """Several bodies in one world, each with its prefix and collision bits."""
     first = bodies[0].build()
     spec = mujoco.MjSpec()
@@ -179,7 +183,7 @@ def _bodies_spec(bodies: Sequence[Character]) -> mujoco.MjSpec:
         kinds = {name: role.removeprefix("left_").removeprefix("right_") for role, name in character.roles.items()}
         for geom in own.geoms:
             if geom.contype:
-                geom.contype, geom.conaffinity = collision_bits(number, len(bodies))
+                geom.contype, geom.conaffinity = collision_bits(number, len(bodies), meet)
                 # without weight in the mixture with floor and obstacles, which stay as hard as they are
                 geom.solref[:] = BONY_S.get(kinds.get(geom.parent.name, ""), CONTACT_S), DAMPING_RATIO
                 geom.solmix = 0.0

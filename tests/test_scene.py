@@ -128,3 +128,19 @@ def test_bodies_are_as_hard_to_each_other_as_their_parts_and_floor_and_obstacles
             np.testing.assert_allclose(contact.solref, [np.mean([wanted.get(part, 0.01) for part in parts]), 0.5])
             seen.add("bodies")
     assert seen == {"fixed", "bodies"}
+
+
+@pytest.mark.parametrize("meet", [True, False])
+def test_bodies_that_do_not_meet_pass_through_each_other_and_still_stand_on_the_floor(meet: bool) -> None:
+    model = build_scene(SceneSettings((humanoid(), humanoid()), bodies_meet=meet))
+    data = mujoco.MjData(model)
+    for number in range(2):
+        own = data.qpos[number * humanoid().nq :][: humanoid().nq]
+        own[:] = humanoid().standing_qpos
+        own[:3] += [0.1 * number, 0.0, -0.01]
+    mujoco.mj_forward(model, data)
+    root = model.body_rootid[model.geom_bodyid[data.contact.geom]]
+    bodies = sorted({int(one) for one in model.body_rootid} - {0})
+    pairs = {tuple(sorted(pair)) for pair in root.tolist()}
+    assert (tuple(bodies) in pairs) == meet
+    assert {(0, one) for one in bodies} <= pairs

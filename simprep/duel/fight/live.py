@@ -7,7 +7,7 @@
 
 Before every choice, what a fighter is still going to do is moved on the floor, little by little, to where the body is:
 so the next action is chosen and placed by where both bodies are, and the tracker is told anew what to follow. Feet in
-contact decide where a body is (`floor_move.move_between`). Who falls lies, gets up, and the fight goes on.
+contact decide where a body is (`floor_move.move_between`). Who is out of balance breaks off. Who falls lies, gets up, and the fight goes on.
 """
 
 from collections.abc import Callable
@@ -17,6 +17,7 @@ from time import perf_counter
 import numpy as np
 
 from simprep.arrays import FloatArray
+from simprep.duel.fight.balance import BalanceWatch
 from simprep.duel.fight.choice import Choice, Chooser, Situation
 from simprep.duel.fight.falls import BLOW_NS, Blow, Fall, blow_before, blows
 from simprep.duel.fight.fight import Fight
@@ -56,6 +57,8 @@ class LiveSettings:
         reach_m: how far an attacker is drawn at most for a strike to meet its target [m]; 0: not.
         pace: how fast the feet of an action may go; None: as fast as in its example.
         react_s: who is struck ends the own action so long after the blow [s]; 0: nobody reacts.
+        off_m: so does who is so far out of balance (`balance.BalanceWatch`) [m]; 0: nobody.
+        catch: what he does then is moved to where the body is with so many times `speed` and `spin`.
         tries: attempts to roll over or get up before a fighter stays down.
     """
 
@@ -68,6 +71,8 @@ class LiveSettings:
     reach_m: float = 0.3
     pace: PaceSettings | None = field(default_factory=PaceSettings)
     react_s: float = 0.12
+    off_m: float = 0.25
+    catch: float = 3.0
     tries: int = 6
 
 
@@ -141,6 +146,9 @@ class LiveFight:
         self._begun, self._step = False, 0
         self._blows: tuple[Blow, ...] = ()
         self._answered: set[tuple[int, int]] = set()
+        self._balance = [BalanceWatch(body, self.bout.fps) for body in self.bout.examples.bodies]
+        self._catching: set[int] = set()  # out of balance, and have not chosen yet what to do about it
+        self._calm_s = [0.0, 0.0]  # until when nobody breaks off again
         self._pause: int | None = None
         self._waiting: tuple[list[FloatArray], list[FloatArray]] = ([], [])
         self._recovery = Recovery(self.bout.examples.bodies, self.bout.fps, self.settings.tries)
@@ -225,6 +233,11 @@ class LiveFight:
                     changed[player] = first
         self.bout.known_s, begin = self.time, perf_counter()
         begun = self.bout.step()
+        if begun.player in self._catching:
+            self._catching.discard(begun.player)
+            first = self._carry(begun.player, self.tracker.state, self.settings.catch)
+            if first is not None:
+                changed[begun.player] = min(first, changed.get(begun.player, first))
         if self.made.alertness is not None:
             self.made.alertness.watch(self.bout, begun)
         self.drawing_s += perf_counter() - begin
@@ -232,7 +245,7 @@ class LiveFight:
         for player, first in changed.items():
             self._give(player, first, begun.start if player == begun.player else None)
 
-    def _carry(self, player: int, state: TrackerState) -> int | None:
+    def _carry(self, player: int, state: TrackerState, haste: float = 1.0) -> int | None:
         """Move what a fighter is going to do to where its body is; the first frame that changes, None for none."""
         move = self.offset(player, state)
         self.bout.astray[player] = None
@@ -242,7 +255,7 @@ class LiveFight:
         if frames < 2 or player in state.fallen:
             return None
         s, whole = self.settings, move
-        move = whole.beyond(s.dead_m, s.dead_rad).within(frames / self.bout.fps, s.speed, s.spin)
+        move = whole.beyond(s.dead_m, s.dead_rad).within(frames / self.bout.fps, haste * s.speed, haste * s.spin)
         self.bout.astray[player] = FloorMove(whole.shift - move.shift, whole.turn - move.turn, whole.pivot)
         if not (move.size_m or move.turn):
             return None
@@ -315,6 +328,7 @@ class LiveFight:
                 self._recovery.fell(Fall(player, self.time, words, near))
                 self._halt(frame)
         if self._pause is None:
+            self._keep_balance(frame, state)
             return
         for player in PLAYERS:
             motion = self._recovery.next_motion(player, self.time, state)
@@ -340,14 +354,26 @@ class LiveFight:
                 self._answered.add(key)
                 self._react(blow.player)
 
-    def _react(self, player: int) -> None:
+    def _keep_balance(self, frame: int, state: TrackerState) -> None:
+        """Who is out of balance on the ground breaks off what he does, and catches himself."""
+        for player in PLAYERS:
+            standing = self.bout.drawn(player, frame)[1][0]
+            poses = state.bodies_qpos[player], state.reference_qpos[player]
+            off = self._balance[player].error_m(*poses, standing) > self.settings.off_m > 0
+            if off and standing.any() and self.time >= self._calm_s[player] and self._react(player):
+                self._catching.add(player)
+                self._calm_s[player] = self.time + self.settings.carry_s
+
+    def _react(self, player: int) -> bool:
+        """Let a fighter break off and choose among reactions; whether that is possible."""
         chooser = self._struck[player]
         frame = int(np.ceil((self.time + self.settings.react_s) * self.bout.fps))
         current = self.bout.current(player)
         if chooser is None or self._pause is not None or current.request or not 2 < frame < current.end:
-            return
+            return False
         self.bout.cut(player, frame)
         chooser.struck = True
+        return True
 
     def _halt(self, frame: int) -> None:
         """Who is up waits for who is down."""

@@ -157,12 +157,13 @@ def evaluate_fight(
     return replace(made, tracked=tracked, posture=posture, run=run, contacts=contacts, simulated=simulated, falls=falls)
 
 
-def evaluate_live(live: LiveFight, recorded: Distributions | None = None) -> FightResults:
+def evaluate_live(live: LiveFight, recorded: Distributions | None = None, meet: bool = True) -> FightResults:
     """Measure a fight that was simulated while it was drawn.
 
     Args:
         live: as far as it went.
         recorded: what to compare it with (`recorded_distributions`).
+        meet: as of `run_metrics`.
     """
     found = live.result()
     fight, tracked = found.fight, found.tracked
@@ -181,7 +182,7 @@ def evaluate_live(live: LiveFight, recorded: Distributions | None = None) -> Fig
         posture,
         found.run,
         judge(found.run.contacts, tracked),
-        run_metrics(found.run, tracked, recorded, found.falls, live.wall_s, found.resting),
+        run_metrics(found.run, tracked, recorded, found.falls, live.wall_s, found.resting, meet),
         found.falls,
     )
 

@@ -126,6 +126,7 @@ def run_metrics(
     falls: Sequence[Fall] | None = None,
     wall_s: float | None = None,
     resting: DuelStream | None = None,
+    meet: bool = True,
 ) -> RunMetrics:
     """Metrics of a simulated fight; SettingError for a run longer than the fight.
 
@@ -136,6 +137,8 @@ def run_metrics(
         falls: of a fight that goes on after them (`simprep.duel.fight.live`); None: the run ends with its first.
         wall_s: computing time, where more than the run's counts [s].
         resting: what the slip is compared with (`live.LiveResult.resting`); None: what was tracked.
+        meet: whether the bodies collided with each other (`SceneSettings.bodies_meet`). Otherwise no contact was recorded, and
+            penetration is that of the simulated poses at the fight's frames.
     """
     contacts = judge(run.contacts, fight)
     struck = blows(contacts)
@@ -167,7 +170,7 @@ def run_metrics(
     table, codes = fight_so_far(fight, len(stream))
     found = interaction_metrics(stream, table, codes, recorded, reference)
     landed = count_hits(recorded_contacts(contacts, stream), stream, table, codes, GRACE_S)
-    simulated = replace(found, penetration=depths(run.overlap), hits=landed)
+    simulated = replace(found, penetration=depths(run.overlap) if meet else found.penetration, hits=landed)
     touching = _touching(run, len(stream), stream.fps)
     moved, own = (stream_slip(by_one_rule(one)) for one in (reference, stream))
     still = moved if resting is None else stream_slip(by_one_rule(resting))

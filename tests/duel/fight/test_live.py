@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from simprep.duel.fight.balance import BalanceWatch
 from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.falls import Fall, blow_before, blows
 from simprep.duel.fight.floor_move import FloorMove, GradualMove, fit_move, move_between
@@ -37,7 +38,7 @@ from simprep.physics.settings import SimulationSettings
 from simprep.physics.tracker import Tracker
 from simprep.physics.tracker_state import TrackerState
 
-QUIET = LiveSettings(reach_m=0.0, pace=None, react_s=0.0)
+QUIET = LiveSettings(reach_m=0.0, pace=None, react_s=0.0, off_m=0.0)
 NEVER = FloorMove(np.zeros(2), 0.0, np.zeros(2))
 
 
@@ -323,6 +324,55 @@ def test_who_is_struck_reacts(model, examples):
     assert not Label.from_code(answers[0].label).attacks
     # the bodies are told in time
     live.result()
+
+
+def test_balance_is_the_extrapolated_centre_of_mass_over_the_feet():
+    pose, stands = humanoid().standing_qpos.copy(), np.array([True, True])
+    watch = BalanceWatch(humanoid(), 60.0)
+    aside = pose.copy()
+    aside[:2] += 3.0
+    assert watch.error_m(aside, pose, stands) == 0.0
+    assert watch.error_m(aside, pose, stands) < 1e-9  # elsewhere is not out of balance
+    aside[0] += 1.2 / 60
+    height = forward_kinematics(pose[None]).com[0, 2]
+    assert watch.error_m(aside, pose, stands) == pytest.approx(1.2 * np.sqrt(height / 9.81), rel=1e-6)
+    leaning = pose.copy()
+    leaning[3:7] = Rotation.from_rotvec([0.0, 0.1, 0.0]).as_quat(scalar_first=True)
+    watch = BalanceWatch(humanoid(), 60.0)
+    watch.error_m(leaning, pose, stands)
+    both = forward_kinematics(np.stack([leaning, pose]))
+    over = both.com[:, :2] - both.xpos[:, humanoid().feet, :2].mean(axis=1)
+    assert watch.error_m(leaning, pose, stands) == pytest.approx(np.linalg.norm(over[0] - over[1]), rel=1e-6)
+
+
+def test_who_is_out_of_balance_breaks_off_and_what_follows_is_moved_to_the_body(model, examples):
+    class Pushed(Stub):
+        """From 3 to 3.25 s the second body is carried away with 1.6 m/s."""
+
+        @property
+        def state(self):
+            found = super().state
+            away = found.bodies_qpos[1].copy()
+            away[0] += 1.6 * np.clip(found.time - 3.0, 0.0, 0.25)
+            return replace(found, bodies_qpos=(found.bodies_qpos[0], away))
+
+    settings = replace(QUIET, react_s=0.12, dead_m=0.0, dead_rad=0.0)
+    breaking = [
+        (seed, begun(model, examples, Pushed(), 5.0, replace(settings, off_m=0.25), seed)) for seed in (1, 2, 3)
+    ]
+    for seed, live in breaking:
+        answers = [one for one in live.bout.actions if one.note == REACTS]
+        assert {one.player for one in answers} == {1}
+        assert 3.1 <= answers[0].start / 60 <= 3.5
+        assert not Label.from_code(answers[0].label).attacks
+        left = begun(model, examples, Pushed(), 5.0, settings, seed)
+        assert not [one for one in left.bout.actions if one.note == REACTS]
+        # it is sooner where the body is
+        frame = answers[0].start + 30
+        moved = [
+            sum(one.move.size_m for one in fight.bout._tracks[1].moves if one.first < frame) for fight in (live, left)
+        ]
+        assert moved[0] > moved[1]
 
 
 # ---- down and up -----------------------------------------------------------------------------------------------------
