@@ -9,10 +9,11 @@ from simprep.check.finding import INFO, PASS, WARN, Finding, graded
 from simprep.check.subject import Subject
 from simprep.humanoid_model import GRAVITY
 from simprep.metrics.balance import extrapolated_com
-from simprep.metrics.dynamics import residual_wrench, zero_moment_point
+from simprep.metrics.dynamics import residual_wrench
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.support import signed_distance, support_points
+from simprep.physics.whole_body import zero_moment_point
 
 SUPPORT_WARN, SUPPORT_FAIL = 1.0, 2.0
 """Mean force that no floor contact could supply, in body weights: captured runs reach 0.8."""

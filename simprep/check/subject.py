@@ -8,12 +8,12 @@ import numpy as np
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import Character
 from simprep.errors import MotionError
-from simprep.metrics.dynamics import WholeBody, whole_body
 from simprep.metrics.smoothing import SmoothMotion, smooth_motion
 from simprep.motion.contacts import ContactSettings, detect_contacts
 from simprep.motion.edit import repeat
 from simprep.motion.kinematics import Kinematics, body_clearance, forward_kinematics
 from simprep.motion.motion import Motion
+from simprep.physics.whole_body import WholeBody, whole_body
 
 FEWEST_FRAMES = 5
 DYNAMICS_SIGMA_S = 0.03

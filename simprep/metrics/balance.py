@@ -9,12 +9,13 @@ import numpy as np
 
 from simprep.arrays import BoolArray, FloatArray
 from simprep.humanoid_model import GRAVITY
-from simprep.metrics.dynamics import residual_wrench, whole_body, zero_moment_point
+from simprep.metrics.dynamics import residual_wrench
 from simprep.metrics.smoothing import smooth_motion
 from simprep.motion.edit import sample
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.support import signed_distance, support_centre, support_points
+from simprep.physics.whole_body import whole_body, zero_moment_point
 
 _LOWEST_PENDULUM_M = 0.2
 _RESIDUAL_STRIDE = 2  # of the 60 Hz frames: the contact problem is solved at 30 Hz

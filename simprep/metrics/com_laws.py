@@ -11,13 +11,13 @@ import numpy as np
 
 from simprep.arrays import FloatArray
 from simprep.humanoid_model import GRAVITY
-from simprep.metrics.dynamics import whole_body
 from simprep.metrics.identified import smooth_pressure
 from simprep.metrics.smoothing import EDGE_S
 from simprep.metrics.sparse_law import RESAMPLES, Samples, SparseLaw, fit_sparse_law
 from simprep.motion.edit import yaw
 from simprep.physics.pushes import Push
 from simprep.physics.run import Run
+from simprep.physics.whole_body import whole_body
 
 AXES = ("forward", "left")
 PLANT_TERMS = ("1", "v", "lever", "lever*load", "lever*rise", "lever^3", "spin")

@@ -7,10 +7,10 @@ from scipy.ndimage import gaussian_filter1d
 
 from simprep.arrays import BoolArray, FloatArray
 from simprep.humanoid_model import GRAVITY
-from simprep.metrics.dynamics import FLIGHT_SHARE, WholeBody, whole_body, zero_moment_point
 from simprep.metrics.smoothing import DYNAMICS_SIGMA_S, SmoothMotion, smooth_motion
 from simprep.motion.motion import Motion
 from simprep.physics.run import Run
+from simprep.physics.whole_body import FLIGHT_SHARE, WholeBody, whole_body, zero_moment_point
 
 SPARSITY_THRESHOLD = 0.05
 

@@ -95,17 +95,30 @@ def signed_distance(points: FloatArray, mask: BoolArray, query: FloatArray) -> F
         query: (T, 2) [m].
     """
     edges = hull_edges(points, mask)
-    start = points[:, :, None, :]
-    edge = points[:, None, :, :] - start
-    length = np.linalg.norm(edge, axis=-1)
-    to_query = query[:, None, None, :] - start
-    along = (edge * to_query).sum(axis=-1) / np.maximum(length, _SAME_M) ** 2
-    foot = start + np.clip(along, 0.0, 1.0)[..., None] * edge
-    distance = np.where(edges, np.linalg.norm(query[:, None, None, :] - foot, axis=-1), np.inf).min(axis=(1, 2))
+    distance = _onto_edges(points, edges, query)[1].min(axis=(1, 2))
     to_points = np.where(mask, np.linalg.norm(query[:, None] - points, axis=-1), np.inf).min(axis=1, initial=np.inf)
     distance = np.where(np.isfinite(distance), distance, to_points)  # a single point has no edges
     undefined = ~mask.any(axis=1) | ~np.isfinite(query).all(axis=1)
     return np.where(undefined, np.nan, np.where(_inside(points, edges, query), distance, -distance))
+
+
+def nearest_point(points: FloatArray, mask: BoolArray, query: FloatArray) -> FloatArray:
+    """The point (T, 2) of the support polygon that is nearest to a floor point: itself, if it is inside; NaN where no point counts [m].
+
+    Args:
+        points: (T, P, 2) [m].
+        mask: (T, P) points that count.
+        query: (T, 2) [m].
+    """
+    edges, rows = hull_edges(points, mask), np.arange(len(points))
+    feet, distance = _onto_edges(points, edges, query)
+    best = distance.reshape(len(points), -1).argmin(axis=1)
+    on_edge = feet.reshape(len(points), -1, 2)[rows, best]
+    alone = points[rows, mask.argmax(axis=1)]  # a single point has no edges
+    has_edge, within = np.asarray(edges.any(axis=(1, 2))), _inside(points, edges, query)
+    nearest = np.where(within[:, None], query, np.where(np.reshape(has_edge, (-1, 1)), on_edge, alone))
+    counted = np.asarray(mask, dtype=bool).any(axis=1)
+    return np.where(np.reshape(counted, (-1, 1)), nearest, np.nan)
 
 
 def inside(points: FloatArray, mask: BoolArray, query: FloatArray) -> BoolArray:
@@ -140,6 +153,17 @@ def polygons(points: FloatArray, mask: BoolArray) -> list[FloatArray]:
     corners = points[rows[:, None], order]
     count = np.maximum(count, mask.any(axis=1))
     return [some[:k] for some, k in zip(corners, count.tolist())]
+
+
+def _onto_edges(points: FloatArray, edges: BoolArray, query: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Nearest point (T, P, P, 2) of every edge to a floor point, and its distance (T, P, P), infinite where there is no edge."""
+    start = points[:, :, None, :]
+    edge = points[:, None, :, :] - start
+    length = np.linalg.norm(edge, axis=-1)
+    to_query = query[:, None, None, :] - start
+    along = (edge * to_query).sum(axis=-1) / np.maximum(length, _SAME_M) ** 2
+    foot = start + np.clip(along, 0.0, 1.0)[..., None] * edge
+    return foot, np.where(edges, np.linalg.norm(query[:, None, None, :] - foot, axis=-1), np.inf)
 
 
 def _inside(points: FloatArray, edges: BoolArray, query: FloatArray) -> BoolArray:

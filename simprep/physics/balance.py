@@ -1,16 +1,18 @@
 """`balance`: servos fed by inverse dynamics, with a small quadratic program that keeps the body on its feet.
 
-A hundred times a second it looks at the state, not at the future. It wants accelerations: of the joints, the root's
-orientation and the COM towards the reference, of contact points to zero, of a swinging foot to where the extrapolated COM asks for
-it. A quadratic program finds the contact forces within the friction pyramid, and the torques within the motors' limits,
-that serve these wishes best (`simprep.physics.contact_forces`). In between, the servos hold the motion that it expects.
+A hundred times a second it looks at the state. It wants accelerations: of the COM along a way that was planned ahead
+(`simprep.physics.balance_preview`), of joints, the root's orientation and the COM's height towards the reference, of contact points
+to zero, of a swinging foot to where the extrapolated COM asks for it; if the feet cannot catch
+the body, one of them makes a step of its own (`simprep.physics.balance_steps`). A quadratic program finds the contact forces within the friction pyramid, and the torques
+within the motors' limits, that serve these wishes best (`simprep.physics.contact_forces`). In between, the servos hold the motion
+that it expects.
 
-It lies between `pd`, which falls at once, and `mpc`, which looks ahead. A standing or slow body holds, a badly balanced
+It lies between `pd`, which falls at once, and `mpc`, which looks ahead with the whole body. A standing or slow body holds, a badly balanced
 one falls. It has no random numbers. Floor contacts are the only ones that it knows of.
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from typing import Any
 
 import mujoco
@@ -18,7 +20,9 @@ import numpy as np
 
 from simprep.arrays import FloatArray
 from simprep.humanoid_model import GRAVITY
-from simprep.physics.balance_goals import BalanceReference, BalanceSettings, balance_reference, balance_tasks
+from simprep.physics.balance_goals import BalanceReference, BalanceSettings, balance_reference
+from simprep.physics.balance_steps import ExtraStep
+from simprep.physics.balance_tasks import balance_tasks
 from simprep.physics.bodies import SceneBody
 from simprep.physics.contact_forces import EquationsOfMotion, best_motion
 from simprep.physics.controller import ControlTask
@@ -50,12 +54,15 @@ class BalanceController:
         self._decided_at = -1
         self._plans: list[_Plan] = []
         self._unsolved = 0
+        self._extra: list[ExtraStep | None] = [None] * len(task.bodies)
+        self._extra_steps = 0
         self.follow(task.references, 0)
 
     def follow(self, references: Sequence[Reference], shift: int) -> None:
         """Track other references from now on (see `Controller`)."""
         self._goals = [balance_reference(one, body, self._settings) for one, body in zip(references, self._task.bodies)]
         self._decided_at += shift if self._decided_at >= 0 else 0
+        self._extra = [one and replace(one, begin=one.begin + shift, end=one.end + shift) for one in self._extra]
 
     def target(self, step: int, data: mujoco.MjData) -> FloatArray:
         """Servo targets for the coming step (see `Controller.target`)."""
@@ -72,7 +79,7 @@ class BalanceController:
 
     def settings(self) -> dict[str, Any]:
         """Configuration, for the record."""
-        return {**asdict(self._settings), "unsolved_programs": self._unsolved}
+        return {**asdict(self._settings), "unsolved_programs": self._unsolved, "extra_steps": self._extra_steps}
 
     def _decide(self, step: int, told: mujoco.MjData) -> None:
         model, data = self._model, self._data
@@ -95,7 +102,10 @@ class BalanceController:
     ) -> _Plan:
         data, s = self._data, self._settings
         at = min(step + 1, len(goal.qacc) - 1)
-        tasks, jacobians = balance_tasks(goal, at, body, data, inertia, bias, s)
+        before = self._extra[body.number]
+        tasks, jacobians, extra = balance_tasks(goal, at, body, data, inertia, bias, s, before)
+        self._extra[body.number] = extra
+        self._extra_steps += extra is not None and extra is not before
         limits = self._model.actuator_forcerange[body.controls, 1]
         equations = EquationsOfMotion(inertia, bias, jacobians, body.joint_qvel, limits, weight)
         qacc, torque, solved = best_motion(tasks, equations, s.friction, s.regularisation)

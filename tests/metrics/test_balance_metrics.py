@@ -5,9 +5,10 @@ from metric_cases import rigid_motion, run_of, swaying_motion
 
 from simprep.humanoid_model import GRAVITY, humanoid
 from simprep.metrics.balance import balance, extrapolated_com, plausibility_summary, posture_summary
-from simprep.metrics.dynamics import residual_wrench, whole_body, zero_moment_point
+from simprep.metrics.dynamics import residual_wrench
 from simprep.metrics.identified import identify_motion, identify_pendulum, identify_run
 from simprep.motion.edit import move
+from simprep.physics.whole_body import whole_body, zero_moment_point
 
 BOX = mujoco.MjModel.from_xml_string(
     """<mujoco><option gravity="0 0 -9.81"/><worldbody><body pos="0 0 0.5"><freejoint/>

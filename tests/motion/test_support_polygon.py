@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.spatial import ConvexHull
 
-from simprep.motion.support import inside, polygons, signed_distance, support_centre, support_points
+from simprep.motion.support import inside, nearest_point, polygons, signed_distance, support_centre, support_points
 
 SQUARE = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0], [1.0, 1.0], [1.0, 0.0], [0.0, 0.0]])
 
@@ -99,3 +99,16 @@ def test_whole_soles_of_the_feet_that_stand():
     floor, mask = support_points(points, np.array([[True, False], [False, True]]))
     np.testing.assert_array_equal(floor[0][mask[0]], points[0, 0, :, :2])
     np.testing.assert_array_equal(floor[1][mask[1]], points[1, 1, :, :2])
+
+
+def test_nearest_point_of_a_polygon_a_segment_and_a_point():
+    def nearest(points, query):
+        return nearest_point(np.array([points]), np.ones((1, len(points)), dtype=bool), np.array([query]))[0]
+
+    assert nearest(SQUARE, [0.3, 0.4]) == pytest.approx([0.3, 0.4])
+    assert nearest(SQUARE, [1.5, -2.0]) == pytest.approx([1.5, 0.0])
+    assert nearest(SQUARE, [5.0, 6.0]) == pytest.approx([2.0, 2.0])
+    assert nearest([[0.0, 0.0], [2.0, 2.0]], [2.0, 0.0]) == pytest.approx([1.0, 1.0])
+    assert nearest([[3.0, 4.0]], [0.0, 0.0]) == pytest.approx([3.0, 4.0])
+    nobody = nearest_point(SQUARE[None], np.zeros((1, len(SQUARE)), dtype=bool), np.zeros((1, 2)))
+    assert np.isnan(nobody).all()

@@ -13,9 +13,13 @@ from simprep.motion.edit import cut, repeat
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.physics.balance import BalanceController
-from simprep.physics.balance_goals import BalanceSettings
+from simprep.physics.balance_goals import BalanceSettings, balance_reference
+from simprep.physics.balance_preview import ComPlan
+from simprep.physics.balance_steps import ExtraStep, foot_to_move, lacking
+from simprep.physics.bodies import scene_bodies
 from simprep.physics.contact_forces import EquationsOfMotion, Tasks, best_motion
 from simprep.physics.pushes import Push
+from simprep.physics.reference import make_reference
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import simulate, track
 from simprep.primitive_robot import primitive_robot
@@ -66,6 +70,57 @@ def test_walking_holds_in_the_same_bits_and_running_out_of_balance_falls() -> No
     np.testing.assert_array_equal(run.qpos, other.qpos)
     np.testing.assert_array_equal(run.target, other.target)
     assert track(simprep.library_motion("jump_far"), "balance").end == "fell"
+
+
+def plan_of(motion: Motion) -> ComPlan:
+    """Where the COM should go along a motion."""
+    body = scene_bodies(motion.character.model, (motion.character,))[0]
+    return balance_reference(make_reference(motion, 1 / 480), body, BalanceSettings()).plan
+
+
+def test_where_the_reference_is_in_balance_the_com_follows_it() -> None:
+    plan = plan_of(standing(1.0))
+    np.testing.assert_allclose(plan.shift, 0.0, atol=1e-3)
+    np.testing.assert_allclose(plan.acceleration(100, np.zeros(2), np.zeros(2)), 0.0, atol=0.02)
+    pushed_on = plan.acceleration(100, np.array([0.03, 0.0]), np.array([0.1, 0.0]))
+    assert pushed_on[0] < -0.5
+    assert pushed_on[1] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_before_a_stop_that_no_floor_could_bring_about_the_com_lags_behind() -> None:
+    still = standing(3.0)
+    seconds = np.arange(len(still)) / still.fps
+    sharp = 0.6 * np.minimum(seconds - 1.5, 0.0)  # 0.6 m/s until 1.5 s, then at rest at once, both feet gliding along
+    moving = replace(still, qpos=still.qpos + sharp[:, None] * np.eye(still.qpos.shape[1])[0])
+    plan = plan_of(moving)
+    assert plan.shift[500:720, 0].min() < -0.02  # it brakes before the reference does
+    assert np.abs(plan.shift[-1]).max() < 0.01
+    assert np.abs(plan.shift[:, 1]).max() < 1e-3
+
+
+def test_a_foot_that_lags_behind_the_fall_moves_if_the_feet_cannot_catch_the_body() -> None:
+    corners = np.array([[-0.1, -0.2], [0.2, -0.2], [-0.1, 0.2], [0.2, 0.2]])
+    forward = np.array([0.3, 0.0])
+    assert lacking(forward, np.zeros(2), corners) == pytest.approx(0.1)
+    assert lacking(0.5 * forward, np.zeros(2), corners) < 0
+    assert lacking(np.zeros(2), np.zeros(2), corners) == -np.inf
+    feet = np.array([[0.1, 0.1], [0.0, -0.1]])
+    assert (foot_to_move(forward, feet), foot_to_move(-forward, feet)) == (1, 0)
+    step = ExtraStep(0, 100, 244)
+    heights = np.array([step.lift(at, 0.06) for at in range(100, 245)])
+    assert heights.max() == pytest.approx(0.06, rel=1e-3)
+    assert heights[[0, -1]] == pytest.approx([0, 0], abs=1e-9)
+
+
+def test_a_body_that_was_pushed_hard_makes_a_step_of_its_own() -> None:
+    run = track(standing(4.0), "balance", settings=pushed(300.0))
+    never = track(
+        standing(4.0), lambda task: BalanceController(task, BalanceSettings(extra_lacking=10.0)), settings=pushed(300.0)
+    )
+    assert run.settings["extra_steps"] >= 1
+    assert never.settings["extra_steps"] == 0
+    assert len(run.qpos) > len(never.qpos) + 240  # up for half a second more at least
+    assert track(standing(1.0), "balance", settings=pushed(60.0)).settings["extra_steps"] == 0
 
 
 def test_any_body_and_several_in_one_world() -> None:
