@@ -65,7 +65,7 @@ class Fight:
     def __post_init__(self) -> None:
         object.__setattr__(self, "actions", tuple(sorted(self.actions, key=lambda one: (one.player, one.start))))
         object.__setattr__(self, "record", MappingProxyType(dict(self.record)))
-        for player in (0, 1):
+        for player in range(len(self.stream.players)):
             own = self.of(player)
             edges = [0, *(one.end for one in own)]
             if not own or edges[-1] != len(self.stream) or any(a.start != b for a, b in zip(own, edges)):

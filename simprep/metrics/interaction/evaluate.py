@@ -35,7 +35,7 @@ class FightResults:
         kinematic: its metrics.
         fps_kinematic: frames made per second of computing, both fighters at once; None where it was not timed.
         tracked: what was simulated: the fight, with its postures optimised where that was wished.
-        posture: what the optimisation changed in A and B; None where it was not wished.
+        posture: what the optimisation changed in each fighter; None where it was not wished.
         run: the simulation.
         contacts: between the fighters in it, judged.
         simulated: its metrics.
@@ -48,7 +48,7 @@ class FightResults:
     kinematic: InteractionMetrics
     fps_kinematic: float | None = None
     tracked: Fight | None = None
-    posture: tuple[PostureChange, PostureChange] | None = None
+    posture: tuple[PostureChange, ...] | None = None
     run: Run | None = None
     contacts: tuple[JudgedContact, ...] = ()
     simulated: RunMetrics | None = None
@@ -169,11 +169,8 @@ def evaluate_live(live: LiveFight, recorded: Distributions | None = None, meet: 
     fight, tracked = found.fight, found.tracked
     posture = None
     if live.optimised:
-        first, second = (
-            posture_change(fight.stream.players[player], tracked.stream.players[player], punching(fight, player))
-            for player in (0, 1)
-        )
-        posture = first, second
+        pairs = zip(fight.stream.players, tracked.stream.players, strict=True)
+        posture = tuple(posture_change(*pair, punching(fight, player)) for player, pair in enumerate(pairs))
     return FightResults(
         fight,
         interaction_metrics(fight.stream, fight.table, fight.codes, recorded),

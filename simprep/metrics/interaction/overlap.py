@@ -1,22 +1,26 @@
-"""Where two fighters overlap, and which overlaps an attack intended: from poses, without physics."""
+"""Where fighters overlap, and which overlaps an attack intended: from poses, without physics."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from simprep.arrays import BoolArray, FloatArray, IntArray
 from simprep.character import SIDES, Character
 from simprep.duel.fight.hits import ARMS, striking_aspect
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, attacking, decode
-from simprep.duel.stream.stream import DuelStream
 from simprep.metrics.interaction.reactions import check_table
 from simprep.motion.contacts import stances
+from simprep.motion.motion import Motion
 from simprep.physics.bodies import geom_owners, scene_bodies
 from simprep.physics.contacts import BodyContact
 from simprep.physics.overlap import between_bodies, place
 from simprep.scene import SceneSettings, build_scene
+
+T = TypeVar("T", bound=np.generic)
 
 GROUPS = ("trunk", "left arm", "right arm", "left leg", "right leg")
 """Parts of a body that count as one when contacts are counted."""
@@ -26,17 +30,19 @@ GAP_S = 0.1
 
 @dataclass(frozen=True)
 class Overlaps:
-    """Which segments of A and B overlap when; one row per pair of segments and frame.
+    """Which segments of which fighters overlap when; one row per pair of segments and frame.
 
     Attributes:
         frames: number of frames looked at.
         frame: (N,) rising.
-        segments: (N, 2) of A and of B, indices into their characters' `segments`.
+        bodies: (N, 2) numbers of the two fighters, the lower one first.
+        segments: (N, 2) of these two, indices into their characters' `segments`.
         depth: (N,) of the deepest pair of their geoms, above 0 [m].
     """
 
     frames: int
     frame: IntArray
+    bodies: IntArray
     segments: IntArray
     depth: FloatArray
 
@@ -57,98 +63,131 @@ class Hits:
     blocked: int
 
 
-def overlaps(stream: DuelStream) -> Overlaps:
-    """All overlaps of two people's geoms that collide in simulation (`simprep.physics.overlap`), by segment."""
-    a, b = stream.players
-    model = build_scene(SceneSettings((a.character, b.character)))
-    bodies = scene_bodies(model, (a.character, b.character))
-    owner, segment = geom_owners(model, bodies)
+def overlaps(players: Sequence[Motion]) -> Overlaps:
+    """All overlaps of fighters' geoms that collide in simulation (`simprep.physics.overlap`), by segment.
+
+    Args:
+        players: motions of the fighters at the same times.
+    """
+    characters, frames = tuple(motion.character for motion in players), len(players[0])
+    model = build_scene(SceneSettings(characters))
+    layout = scene_bodies(model, characters)
+    owner, segment = geom_owners(model, layout)
     data = mujoco.MjData(model)
-    count_a, count_b = len(a.character.segments), len(b.character.segments)
+    shape = (frames, len(players), len(players), *[max(len(one.segments) for one in characters)] * 2)
     keys, depths = [], []
-    for frame in range(len(stream)):
-        place(model, data, bodies, (a.qpos[frame], b.qpos[frame]))
+    for frame in range(frames):
+        place(model, data, layout, [motion.qpos[frame] for motion in players])
         if not data.ncon:
             continue
         found = between_bodies(data.contact.geom, owner) & (data.contact.dist < 0)
         if not found.any():
             continue
         geoms = data.contact.geom[found]
-        swapped = owner[geoms[:, 0]] == 1
-        pairs = segment[np.where(swapped[:, None], geoms[:, ::-1], geoms)]
-        keys.append((frame * count_a + pairs[:, 0]) * count_b + pairs[:, 1])
+        swapped = owner[geoms[:, 0]] > owner[geoms[:, 1]]
+        geoms = np.where(swapped[:, None], geoms[:, ::-1], geoms)
+        at = (np.full(len(geoms), frame), *owner[geoms].T, *segment[geoms].T)
+        keys.append(np.ravel_multi_index(at, shape))
         depths.append(-data.contact.dist[found])
     if not keys:
-        return Overlaps(len(stream), np.empty(0, np.int64), np.empty((0, 2), np.int64), np.empty(0))
+        none = np.empty((0, 2), np.int64)
+        return Overlaps(frames, none[:, 0], none, none, np.empty(0))
     rows, where = np.unique(np.concatenate(keys), return_inverse=True)
     depth = np.zeros(len(rows))
     np.maximum.at(depth, where, np.concatenate(depths))
-    frames, rest = np.divmod(rows.astype(np.int64), count_a * count_b)
-    return Overlaps(len(stream), frames, np.stack(np.divmod(rest, count_b), axis=1), depth)
+    at_frame, *rest = np.unravel_index(rows, shape)
+    return Overlaps(frames, at_frame, np.stack(rest[:2], axis=1), np.stack(rest[2:], axis=1), depth)
 
 
-def recorded_contacts(contacts: Sequence[BodyContact], stream: DuelStream) -> Overlaps:
+def recorded_contacts(
+    contacts: Sequence[BodyContact], characters: Sequence[Character], frames: int, fps: float
+) -> Overlaps:
     """Contacts that a simulation recorded, on the frames of a fight; a short contact is on one frame at least.
 
     Args:
         contacts: of the run.
-        stream: both fighters, as far as they were simulated.
+        characters: the fighters.
+        frames: of the fight, as far as it was simulated.
+        fps: of the fight [1/s].
     """
-    rows, frames, fps = [], len(stream), stream.fps
-    names_a, names_b = (motion.character.segments for motion in stream.players)
+    rows = []
     for one in contacts:
         first, last = (min(int(fps * time), frames - 1) for time in (one.start_s, one.start_s + one.duration_s))
-        pair = names_a.index(one.parts[0]), names_b.index(one.parts[1])
-        rows += [(frame, *pair, one.depth) for frame in range(first, last + 1)]
-    table = np.array(sorted(rows), dtype=np.float64).reshape(-1, 4)
-    return Overlaps(frames, table[:, 0].astype(np.int64), table[:, 1:3].astype(np.int64), table[:, 3])
+        pair = (characters[body].segments.index(part) for body, part in zip(one.bodies, one.parts, strict=True))
+        found = (*one.bodies, *pair, one.depth)
+        rows += [(frame, *found) for frame in range(first, last + 1)]
+    table = np.array(sorted(rows), dtype=np.float64).reshape(-1, 6)
+    whole = table[:, :5].astype(np.int64)
+    return Overlaps(frames, whole[:, 0], whole[:, 1:3], whole[:, 3:5], table[:, 5])
 
 
-def count_hits(found: Overlaps, stream: DuelStream, table: IntArray, codes: IntArray, grace_s: float = 0.0) -> Hits:
+def count_hits(
+    found: Overlaps,
+    characters: Sequence[Character],
+    fps: float,
+    bounds: NDArray[np.integer],
+    table: IntArray,
+    codes: IntArray,
+    grace_s: float = 0.0,
+) -> Hits:
     """Hits, by attacks: of poses (`overlaps`), where nothing stops a limb, or of a simulation (`recorded_contacts`).
 
     Striking segments are those of `simprep.duel.fight.hits`: hand and forearm, foot and shank. An attack *lands*, once,
-    if one touches the opponent between its first frame and that in which the attacker's next action begins: `intended`
-    on trunk, head or legs, `blocked` on arms alone. Contacts are counted by pairs of trunk, arms and legs, and are one
-    if less than 0.1 s apart. Contacts without a frame that an attack meant are `unintended`.
+    if one touches an opponent, which is every other fighter, between its first frame and that in which the attacker's
+    next action begins: `intended` on trunk, head or legs, `blocked` on arms alone. Contacts are counted by pairs of trunk,
+    arms and legs, and are one if less than 0.1 s apart. Contacts without a frame that an attack meant are `unintended`.
 
     Args:
         found: what touches.
-        stream: two people.
+        characters: the fighters.
+        fps: of the frames [1/s].
+        bounds: (clips, 2) first frame of every clip and the frame after its last.
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
         grace_s: an attack may land this much after its end [s]; `hits.GRACE_S` for simulated limbs, which come late.
 
     Raises:
-        MotionError: not the table of this stream.
+        MotionError: not the table of these fighters and clips.
     """
     table = np.asarray(table, dtype=np.int64)
-    check_table(table, codes, stream.bounds)
+    check_table(table, codes, bounds, len(characters))
     intended = blocked = unintended = 0
     meant = np.zeros(len(found.frame), dtype=bool)
-    characters = [motion.character for motion in stream.players]
-    is_arm = [np.isin(one.parts, ARMS) for one in characters]
+    is_arm = _by_segment([np.isin(one.parts, ARMS) for one in characters])
     qualifiers = decode(codes)
     for aspect in ATTACKING_QUALIFIERS:
-        striking = [np.array([striking_aspect(part) == aspect for part in one.parts]) for one in characters]
+        striking = _by_segment(
+            [np.array([striking_aspect(part) == aspect for part in one.parts]) for one in characters]
+        )
         for player, start, end, clip in table[attacking(qualifiers, (aspect,))]:
-            last = min(end + round(grace_s * stream.fps), stream.bounds[clip, 1] - 1)
+            last = min(end + round(grace_s * fps), bounds[clip, 1] - 1)
             rows = slice(*np.searchsorted(found.frame, [start, last + 1]))
-            strikes = striking[player][found.segments[rows, player]]
-            arms = is_arm[1 - player][found.segments[rows, 1 - player]]
+            bodies, segments = found.bodies[rows], found.segments[rows]
+            own = bodies == player
+            strikes = (own & striking[bodies, segments]).any(axis=1)
+            arms = (~own & is_arm[bodies, segments]).any(axis=1)
             intended += bool((strikes & ~arms).any())
             blocked += bool(strikes.any() and arms[strikes].all())
             meant[rows] |= strikes
-    gap = round(GAP_S * stream.fps)
-    groups = np.stack([_groups(one)[found.segments[:, player]] for player, one in enumerate(characters)], axis=1)
-    for pair in np.unique(groups, axis=0):
-        own = (groups == pair).all(axis=1)
+    gap = round(GAP_S * fps)
+    groups = _by_segment([_groups(one) for one in characters])[found.bodies, found.segments]
+    touched = np.concatenate([found.bodies, groups], axis=1)
+    for pair in np.unique(touched, axis=0):
+        own = (touched == pair).all(axis=1)
         touching, wanted = np.zeros((2, found.frames), dtype=bool)
         touching[found.frame[own]] = True
         wanted[found.frame[own & meant]] = True
-        for first, after in stream.bounds:
+        for first, after in bounds:
             unintended += _contacts(touching[first:after], wanted[first:after], gap)
     return Hits(intended, unintended, blocked)
+
+
+def _by_segment(values: Sequence[NDArray[T]]) -> NDArray[T]:
+    """What is known of the segments of each fighter in one array (fighters, most segments), 0 where one has fewer."""
+    out = np.zeros((len(values), max(len(one) for one in values)), dtype=values[0].dtype)
+    for row, one in zip(out, values):
+        row[: len(one)] = one
+    return out
 
 
 def _groups(character: Character) -> IntArray:

@@ -64,7 +64,7 @@ def reactions(table: IntArray, codes: IntArray, bounds: NDArray[np.integer], fps
         MotionError: table and codes of different lengths, or not the table of these clips.
     """
     table, codes = np.asarray(table, dtype=np.int64), np.asarray(codes, dtype=np.int64)
-    check_table(table, codes, bounds)
+    check_table(table, codes, bounds, 2)
     qualifiers = decode(codes)
     attack = attacking(qualifiers)
     fitting = attack | neutral(qualifiers)
@@ -97,13 +97,14 @@ def reactions(table: IntArray, codes: IntArray, bounds: NDArray[np.integer], fps
     )
 
 
-def check_table(table: IntArray, codes: IntArray, bounds: NDArray[np.integer]) -> None:
+def check_table(table: IntArray, codes: IntArray, bounds: NDArray[np.integer], players: int) -> None:
     """Refuse a table of actions that is not one of these clips.
 
     Args:
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
         bounds: (clips, 2) first frame of every clip and the frame after its last.
+        players: how many there are.
 
     Raises:
         MotionError: wrong shapes, players, clips, or actions beyond their clip.
@@ -111,7 +112,7 @@ def check_table(table: IntArray, codes: IntArray, bounds: NDArray[np.integer]) -
     if table.ndim != 2 or table.shape[1] != 4 or codes.shape != table.shape[:1]:
         raise MotionError(f"table of actions {table.shape} with {codes.shape} labels; valid: (S, 4) and (S,)")
     player, start, end, clip = table.T
-    bad = ~np.isin(player, (0, 1)) | (clip < 0) | (clip >= len(bounds)) | (end <= start)
+    bad = (player < 0) | (player >= players) | (clip < 0) | (clip >= len(bounds)) | (end <= start)
     if not bad.any():
         bad = (start < bounds[clip, 0]) | (end > bounds[clip, 1])
     if bad.any():

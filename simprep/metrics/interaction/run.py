@@ -169,7 +169,9 @@ def run_metrics(
     stream, reference = simulated_stream(run, fight)
     table, codes = fight_so_far(fight, len(stream))
     found = interaction_metrics(stream, table, codes, recorded, reference)
-    landed = count_hits(recorded_contacts(contacts, stream), stream, table, codes, GRACE_S)
+    characters = [motion.character for motion in stream.players]
+    touched = recorded_contacts(contacts, characters, len(stream), stream.fps)
+    landed = count_hits(touched, characters, stream.fps, stream.bounds, table, codes, GRACE_S)
     simulated = replace(found, penetration=depths(run.overlap) if meet else found.penetration, hits=landed)
     touching = _touching(run, len(stream), stream.fps)
     moved, own = (stream_slip(by_one_rule(one)) for one in (reference, stream))

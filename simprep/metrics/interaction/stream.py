@@ -147,14 +147,14 @@ def interaction_metrics(
         SettingError: a reference with another frame rate, or shorter than the stream.
     """
     table, codes = np.asarray(table, dtype=np.int64), np.asarray(codes, dtype=np.int64)
-    check_table(table, codes, stream.bounds)
+    check_table(table, codes, stream.bounds, len(stream.players))
     bodies = stream_kinematics(stream)
-    inside = overlaps(stream)
+    inside = overlaps(stream.players)
     floor = np.max([floor_penetration(motion) for motion in stream.players], axis=0)
     errors = _errors(stream, reference, [one.xpos for one in bodies])
     characters = [motion.character for motion in stream.players]
     pelvis, head = facings(stream, [one.xquat for one in bodies])
-    misses = strike_misses(stream, table, codes)
+    misses = strike_misses(stream.players, stream.bounds, table, codes)
     return InteractionMetrics(
         duration_s=stream.duration,
         penetration=depths(inside.deepest),
@@ -164,7 +164,7 @@ def interaction_metrics(
         head_facing_error_deg=percentiles(head),
         distance_m=percentiles(root_distance(stream)),
         reactions=reactions(table, codes, stream.bounds, stream.fps),
-        hits=count_hits(inside, stream, table, codes),
+        hits=count_hits(inside, characters, stream.fps, stream.bounds, table, codes),
         strike_miss_mm=percentiles(1e3 * misses) if len(misses) else None,
         stability=stability([one.xquat for one in bodies], characters, stream.bounds, stream.fps),
         g_mpjpe_mm=errors.get("g_mpjpe_mm", math.nan),
@@ -248,7 +248,7 @@ def _feet(stream: DuelStream) -> Feet:
         *_mean_p95_max(travel),
         float(np.mean(travel > SKATE_MM)) if len(travel) else math.nan,
         len(travel),
-        slip.travel_m / (slip.duration_s / 2),
+        slip.travel_m / (slip.duration_s / len(stream.players)),
         *_mean_p95_max(drift),
     )
 

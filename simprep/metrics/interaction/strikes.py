@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import mujoco
 import numpy as np
+from numpy.typing import NDArray
 
 from simprep.arrays import FloatArray, IndexArray, IntArray
 from simprep.duel.fight.falls import BLOW_NS, Blow
@@ -11,7 +12,7 @@ from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.hits import GRACE_S
 from simprep.duel.fight.strikes import striking_segments, struck_segments
 from simprep.duel.labels.labels import ASPECTS, QUALIFIERS, attacking, decode
-from simprep.duel.stream.stream import DuelStream
+from simprep.motion.motion import Motion
 from simprep.physics.bodies import geom_owners, scene_bodies
 from simprep.physics.overlap import place
 from simprep.scene import SceneSettings, build_scene
@@ -24,38 +25,42 @@ _REACT = ASPECTS.index("react")
 _OTHERS = QUALIFIERS["react"].index("others")
 
 
-def strike_misses(stream: DuelStream, table: IntArray, codes: IntArray) -> FloatArray:
+def strike_misses(
+    players: Sequence[Motion], bounds: NDArray[np.integer], table: IntArray, codes: IntArray
+) -> FloatArray:
     """(N,) by how much each attack misses [m]: 0 where it touches.
 
     It is the least distance, from the attack's first frame until 0.1 s after its last, between what strikes (hand and
-    forearm, foot and shank) and the opponent's head, trunk and legs. Attacks that meet an arm alone are left out: they
+    forearm, foot and shank) and the head, trunk and legs of the opponents, all other fighters. Attacks that meet an arm alone are left out: they
     are blocked. Captures range and timing; hides where on the body a strike lands.
 
     Args:
-        stream: two people.
+        players: motions of the fighters at the same times.
+        bounds: (clips, 2) first frame of every clip and the frame after its last.
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
     """
-    characters = tuple(motion.character for motion in stream.players)
+    characters = tuple(motion.character for motion in players)
     model = build_scene(SceneSettings(characters))
     bodies = scene_bodies(model, characters)
     owner, segment = geom_owners(model, bodies)
     solid = model.geom_contype > 0
     data = mujoco.MjData(model)
-    struck = [struck_segments(one) for one in characters]
+    meant = np.zeros(len(owner), dtype=bool)
+    for number, one in enumerate(characters):
+        meant |= (owner == number) & np.isin(segment, struck_segments(one))
     rows = []
     for (player, start, end, clip), code in zip(table, codes, strict=True):
         if not attacking(decode([code]))[0]:
             continue
         limbs = striking_segments(characters[player], int(code))
         own = np.flatnonzero(solid & (owner == player) & np.isin(segment, limbs))
-        theirs = solid & (owner == 1 - player)
-        aims = np.flatnonzero(theirs & np.isin(segment, struck[1 - player]))
-        arms = np.flatnonzero(theirs & ~np.isin(segment, struck[1 - player]))
-        last = min(end + round(GRACE_S * stream.fps), int(stream.bounds[clip, 1]))
+        theirs = solid & (owner >= 0) & (owner != player)
+        aims, arms = np.flatnonzero(theirs & meant), np.flatnonzero(theirs & ~meant)
+        last = min(end + round(GRACE_S * players[0].fps), int(bounds[clip, 1]))
         nearest, block = FAR_M, FAR_M
         for frame in range(start, last):
-            place(model, data, bodies, [motion.qpos[frame] for motion in stream.players])
+            place(model, data, bodies, [motion.qpos[frame] for motion in players])
             nearest = min(nearest, _least(model, data, own, aims, nearest))
             block = min(block, _least(model, data, own, arms, block))
         if nearest <= 0 or block > 0:

@@ -16,6 +16,7 @@ from simprep.metrics.interaction.reactions import reactions
 from simprep.metrics.interaction.stability import stability
 from simprep.metrics.interaction.stitches import Stitches, compare_stitches, stitches
 from simprep.metrics.interaction.stream import depths, falls_per_minute
+from simprep.motion.edit import move
 from simprep.motion.motion import Motion
 from simprep.physics.contacts import BodyContact
 from simprep.physics.overlap import overlap_of_poses
@@ -103,13 +104,13 @@ def test_chance_is_what_independent_fighters_score(coupled):
 def test_overlap_is_that_of_physics_whoever_is_first_and_none_at_arms_length():
     near = pair(*(standing(3, 0.2).players))
     depth = overlap_of_poses([m.qpos for m in near.players], [m.character for m in near.players])
-    found = overlaps(near)
+    found = overlaps(near.players)
     np.testing.assert_allclose(found.deepest, depth)
     assert depth[0] > 0.02
-    again = overlaps(pair(*near.players[::-1]))
+    again = overlaps(near.players[::-1])
     order = np.lexsort((again.segments[:, 0], again.segments[:, 1], again.frame))
     np.testing.assert_array_equal(again.segments[order][:, ::-1], found.segments)
-    far = overlaps(standing(3, 1.5))
+    far = overlaps(standing(3, 1.5).players)
     assert len(far.frame) == 0
     assert far.deepest.tolist() == [0, 0, 0]
     half = depths(np.array([0.0, 0.02, 0.04, 0.0]))
@@ -121,17 +122,20 @@ def touching(stream, *contacts):
     index = stream.players[0].character.segment
     found = sorted((t, index(a), index(b)) for first, after, a, b in contacts for t in range(first, after))
     frames, a, b = np.array(found).T
-    return Overlaps(len(stream), frames, np.stack([a, b], axis=1), np.full(len(frames), 0.01))
+    bodies = np.tile([0, 1], (len(frames), 1))
+    return Overlaps(len(stream), frames, bodies, np.stack([a, b], axis=1), np.full(len(frames), 0.01))
 
 
 def test_hits_by_what_was_meant():
     stream = standing(100)
+    characters = [one.character for one in stream.players]
     table, codes = joined(
         rows(0, (0, NEUTRAL), (20, PUNCH), (40, BACK), (60, KICK), (80, NEUTRAL), 100), rows(1, (0, NEUTRAL), 100)
     )
 
     def hits(*contacts, grace_s=0.0):
-        return count_hits(touching(stream, *contacts), stream, table, codes, grace_s)
+        found = touching(stream, *contacts)
+        return count_hits(found, characters, stream.fps, stream.bounds, table, codes, grace_s)
 
     assert hits((25, 35, "left_hand", "thorax")) == Hits(intended=1, unintended=0, blocked=0)
     assert hits((25, 35, "left_hand", "right_forearm")) == Hits(0, 0, 1)
@@ -147,7 +151,32 @@ def test_hits_by_what_was_meant():
     legs = (0, 3, "left_shank", "left_foot"), (8, 12, "left_thigh", "left_foot")
     assert hits(*legs, (0, 3, "left_shank", "pelvis")) == Hits(0, 2, 0)
     assert hits(legs[0], (9, 12, "left_shank", "left_foot")) == Hits(0, 2, 0)
-    assert count_hits(overlaps(stream), stream, table, codes) == Hits(0, 0, 0)
+    none = overlaps(stream.players)
+    assert count_hits(none, characters, stream.fps, stream.bounds, table, codes) == Hits(0, 0, 0)
+    # a third fighter: whom a blow of the first meets does not matter, and a contact of the others is none of it
+    bodies = np.array([[0, 2], [1, 2], [0, 1]])
+    index = characters[0].segment
+    for other, rest in (("thorax", Hits(1, 1, 0)), ("left_hand", Hits(0, 1, 1))):
+        parts = np.array(
+            [[index("left_hand"), index(other)], [index("head"), index("head")], [index("left_forearm")] * 2]
+        )
+        three = Overlaps(100, np.array([25, 25, 30]), bodies, parts, np.full(3, 0.01))
+        assert count_hits(three, characters * 2, stream.fps, stream.bounds, table, codes) == rest
+    with pytest.raises(MotionError):
+        count_hits(none, characters[:1], stream.fps, stream.bounds, table, codes)
+
+
+def test_three_who_stand_together_overlap_in_pairs():
+    first, second = standing(2, 0.2).players
+    third = move(second, (0.15, 0.0), 0.0)
+    found = overlaps([first, second, third])
+    pairs = {tuple(one) for one in found.bodies.tolist()}
+    assert pairs == {(0, 1), (1, 2)} | ({(0, 2)} & pairs)
+    for a, b in pairs:
+        own = (found.bodies == (a, b)).all(axis=1)
+        two = overlaps([(first, second, third)[k] for k in (a, b)])
+        np.testing.assert_array_equal(found.segments[own], two.segments)
+        np.testing.assert_array_equal(found.depth[own], two.depth)
 
 
 def test_recorded_contacts_fall_on_frames():
@@ -157,10 +186,12 @@ def test_recorded_contacts_fall_on_frames():
     brief = contact(0.5, 1 / 480, "left_hand", "head")  # too short for a frame at 20 per second
     late = contact(4.9, 2.0, "head", "right_foot")  # goes on beyond the end
     stream = standing(100, fps=20.0)
-    found = recorded_contacts([late, brief], stream)
+    characters = [one.character for one in stream.players]
+    found = recorded_contacts([late, brief], characters, len(stream), stream.fps)
     assert found.frame.tolist() == [10, 98, 99]
     assert [stream.players[0].character.segments[k] for k in found.segments[0]] == ["left_hand", "head"]
-    assert len(recorded_contacts([], stream).frame) == 0
+    assert found.bodies.tolist() == [[0, 1]] * 3
+    assert len(recorded_contacts([], characters, len(stream), stream.fps).frame) == 0
 
 
 def test_jensen_shannon_distance():
