@@ -20,6 +20,7 @@ from simprep.physics.reference import Reference
 
 PYRAMID_EDGES = np.array([[1.0, 0, 1], [-1, 0, 1], [0, 1, 1], [0, -1, 1]])
 """(4, 3) edges of the friction pyramid for a coefficient of 1, upwards."""
+_TRUNCATE = 4.0  # standard deviations that the Gaussian over torques reaches
 
 
 @dataclass(frozen=True)
@@ -41,7 +42,7 @@ class InverseDynamicsSettings:
     friction: float = 0.8
 
 
-def needed_torques(reference: Reference, settings: InverseDynamicsSettings | None = None) -> FloatArray:
+def needed_torques(reference: Reference, settings: InverseDynamicsSettings | None = None, since: int = 0) -> FloatArray:
     """Actuator torques (N + 1, controls) that the reference needs, by inverse dynamics (`mj_inverse`) [N m].
 
     In each frame, contact forces within the friction pyramid, at all points near the floor, supply the root's six rows
@@ -51,6 +52,7 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
     Args:
         reference: the motion at the simulation's steps.
         settings: rate, smoothing and contact settings.
+        since: step from which on they are wanted; what stands before it means nothing.
     """
     settings = settings or InverseDynamicsSettings()
     fps = reference.motion.fps
@@ -63,6 +65,7 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
     qacc = np.gradient(qvel, 1 / fps, axis=0)
     stride = max(1, round(fps / settings.rate))
     frames = np.unique(np.append(np.arange(0, len(qvel), stride), len(qvel) - 1))
+    frames = frames[frames >= min(since, len(qvel) - 1) - round(_TRUNCATE * sigma) - stride]
     candidates = contact_candidates(model)
     joints = scene_bodies(model, (reference.motion.character,))[0].joint_qvel
     torques = np.empty((len(frames), model.nu))
@@ -73,7 +76,7 @@ def needed_torques(reference: Reference, settings: InverseDynamicsSettings | Non
         torques[row] = (needed - _contact_torques(model, data, candidates, needed, settings))[joints]
     steps = np.arange(len(qvel))
     dense = np.stack([np.interp(steps, frames, column) for column in torques.T], axis=1)
-    return np.asarray(gaussian_filter1d(dense, sigma, axis=0, mode="nearest"))
+    return np.asarray(gaussian_filter1d(dense, sigma, axis=0, mode="nearest", truncate=_TRUNCATE))
 
 
 def nonnegative_least_squares(matrix: FloatArray, wanted: FloatArray) -> FloatArray:

@@ -201,7 +201,9 @@ class MpcController:
     def follow(self, references: Sequence[Reference], shift: int) -> None:
         """Track other references from now on (see `Controller`); the plan stays."""
         s, task, planner = self._settings, self._task, self._planner
-        leads = [_feedforward(one, task.model, body, s) for one, body in zip(references, task.bodies)]
+        self._planned_at += shift if self._planned_at >= 0 else 0
+        since = max(0, self._planned_at)  # what was before is not sent again
+        leads = [_feedforward(one, task.model, body, s, since) for one, body in zip(references, task.bodies)]
         self._feedforward = np.concatenate(leads, axis=1)
         self._last = len(references[0].qpos) - 1
         dt = float(task.model.opt.timestep)
@@ -209,7 +211,6 @@ class MpcController:
             TrackingCost(reference, self._ratio, dt, self._steps, dofs, body.feet, s.weights)
             for reference, dofs, body in zip(references, planner.dofs, planner.bodies)
         ]
-        self._planned_at += shift if self._planned_at >= 0 else 0
 
     @property
     def simulation_s(self) -> float:
@@ -334,10 +335,12 @@ class _Search:
     search: OffsetSearch
 
 
-def _feedforward(reference: Reference, model: mujoco.MjModel, body: SceneBody, settings: MpcSettings) -> FloatArray:
+def _feedforward(
+    reference: Reference, model: mujoco.MjModel, body: SceneBody, settings: MpcSettings, since: int
+) -> FloatArray:
     targets = feedforward_targets(reference, body)
     if settings.torque_share > 0:
-        torque = np.clip(needed_torques(reference), *model.actuator_forcerange[body.controls].T)
+        torque = np.clip(needed_torques(reference, since=since), *model.actuator_forcerange[body.controls].T)
         targets = targets + settings.torque_share * torque / body.character.gains[:, 0]
     return targets
 

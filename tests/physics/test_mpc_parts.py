@@ -55,6 +55,13 @@ def test_standing_legs_bear_the_body_and_hang_in_free_fall() -> None:
     assert np.abs(needed_torques(falling)[100:140]).max() < 0.05
 
 
+def test_torques_wanted_from_a_step_on_are_the_same_from_there_on():
+    reference = make_reference(library_motion("walk"), 1 / 480)
+    whole = needed_torques(reference)
+    for since in (0, 37, 480, len(whole) - 1, len(whole) + 5):
+        np.testing.assert_array_equal(needed_torques(reference, since=since)[since:], whole[since:])
+
+
 def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
     reference = make_reference(library_motion("punch_right"), 1 / 240)
     planner = build_planner(build_scene(), SceneSettings(), 1 / 120)
