@@ -79,7 +79,7 @@ class MpcSettings:
     keep: int = 4
     shrink: float = 0.7
     damping: tuple[float, ...] = (0.03, 0.1, 0.3, 1.0, 3.0)
-    noise_scale: float = 1.0
+    noise_scale: float = 0.8
     noise: tuple[tuple[str, float], ...] = (
         ("hip_flexion", 0.15),
         ("hip_abduction", 0.15),
@@ -132,7 +132,9 @@ class MpcSettings:
 
 
 MPC_PRESETS = {
-    "live": MpcSettings(replan=1 / 20, samples=22, refined=8, first_rounds=8, harder=((0.6, 33, 12), (2.0, 60, 20))),
+    "live": MpcSettings(
+        replan=1 / 20, samples=22, refined=8, first_rounds=8, harder=((0.6, 33, 12), (2.0, 60, 20)), noise_scale=1.0
+    ),
     "default": MpcSettings(),
     "bake": MpcSettings(
         horizon=0.5,
