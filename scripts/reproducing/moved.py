@@ -9,6 +9,7 @@ TIMES = (
     "wall_s",
     "s_per_s",
     "cpu_s",
+    "cpu_ms",
     "yardstick",
     "overhead",
     "speedup",

@@ -34,11 +34,13 @@ def test_what_moved_is_said_and_times_are_not():
     kept = {
         "created_utc": "then",
         "wall_s": 1.0,
+        "cpu_ms_per_frame": 0.3,
         "cases": [{"mpjpe_mm": 10.0, "end": "done"}, {"mpjpe_mm": 20.0, "end": "done"}],
     }
     now = {
         "created_utc": "now",
         "wall_s": 9.0,
+        "cpu_ms_per_frame": 0.5,
         "cases": [{"mpjpe_mm": 10.0001, "end": "fell"}, {"mpjpe_mm": 22.0, "end": "done"}],
     }
     found = compare(kept, now)
