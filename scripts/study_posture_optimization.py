@@ -118,6 +118,9 @@ def main() -> int:
     parser.add_argument(
         "--statures", nargs="+", type=float, choices=STATURES_M, default=list(STATURES_M), help="of the bodies [m]"
     )
+    parser.add_argument(
+        "--arms", nargs="+", choices=ARMS, default=list(ARMS), help="mpc runs without traditional and dynamic"
+    )
     parser.add_argument("--small", action="store_true", help="two targets only, to see that it works")
     parser.add_argument("--plan", action="store_true", help="say what it will take, and stop")
     parser.add_argument("--report", action="store_true", help="run nothing; report on what is recorded so far")
@@ -126,7 +129,9 @@ def main() -> int:
     parser.add_argument("--store", type=Path, default=Path("out/posture_optimization"), help="folder of the records")
     parser.add_argument("-o", "--out", type=Path, default=Path("results/posture_optimization"))
     options = parser.parse_args()
-    cases = study_cases(options.controllers, options.seeds, options.preset, options.small, options.statures)
+    cases = study_cases(
+        options.controllers, options.seeds, options.preset, options.small, options.statures, options.arms
+    )
     store = SweepStore(options.store)
     if options.scheduler:
         engine = partial(on_dask, address=options.scheduler)

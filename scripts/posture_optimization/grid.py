@@ -15,7 +15,9 @@ TARGETS = (
 ALPHAS = (0.5, 1.0)
 STATURES_M = (1.6, 1.75, 1.9)
 DISTURBANCES = ("nominal", "push", "low_friction", "weak_motors")
-ARMS = ("none", "traditional", "blended", "optimised")
+ARMS = ("none", "traditional", "blended", "optimised", "dynamic")
+SLOW_ARMS = ("none", "blended", "optimised")
+"""Those of `mpc`, whose cases cost about twenty times as much."""
 SMALL = {
     "locomotions": LOCOMOTIONS[:1], "targets": ("punch_right", "kick_front"), "alphas": ALPHAS[1:],
     "disturbances": DISTURBANCES[:2], "statures": STATURES_M[1:],
@@ -24,7 +26,12 @@ SMALL = {
 
 
 def study_cases(
-    controllers: Sequence[str], seeds: int, preset: str, small: bool = False, statures: Sequence[float] = STATURES_M
+    controllers: Sequence[str],
+    seeds: int,
+    preset: str,
+    small: bool = False,
+    statures: Sequence[float] = STATURES_M,
+    arms: Sequence[str] = ARMS,
 ) -> list[SweepCase]:
     """Every case of the study.
 
@@ -34,6 +41,7 @@ def study_cases(
         preset: of `mpc`.
         small: `SMALL` only.
         statures: of the bodies [m].
+        arms: which of `ARMS`; `mpc` runs those of `SLOW_ARMS` among them.
     """
     chosen = SMALL if small else {}
     common = {
@@ -46,10 +54,8 @@ def study_cases(
     }
     locomotions = list(chosen.get("locomotions", LOCOMOTIONS))
     fast = [BEFORE_PHYSICS, *(name for name in controllers if name != "mpc")]
-    grids = [sweep_of({**common, "locomotions": locomotions, "controllers": fast, "arms": list(ARMS)})]
-    if (
-        "mpc" in controllers
-    ):  # about twenty times as slow: one locomotion, and without the arm that the paper only mentions
-        arms = [arm for arm in ARMS if arm != "traditional"]
-        grids.append(sweep_of({**common, "locomotions": locomotions[:1], "controllers": ["mpc"], "arms": arms}))
+    grids = [sweep_of({**common, "locomotions": locomotions, "controllers": fast, "arms": list(arms)})]
+    slow = [arm for arm in arms if arm in SLOW_ARMS]
+    if "mpc" in controllers and slow:
+        grids.append(sweep_of({**common, "locomotions": locomotions[:1], "controllers": ["mpc"], "arms": slow}))
     return [case for grid in grids for case in grid.cases()]

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from posture_optimization.compared import compared, rows_of
-from posture_optimization.grid import ARMS, DISTURBANCES, TARGETS, study_cases
+from posture_optimization.grid import ARMS, DISTURBANCES, SLOW_ARMS, TARGETS, study_cases
 from posture_optimization.report import answer
 from study_posture_optimization import write_report
 
@@ -72,7 +72,7 @@ def test_the_report_is_written_with_its_figures_and_numbers(tmp_path):
 def test_the_numbers_of_the_text_are_those_of_the_data(tmp_path):
     made = records(12.0)
     rows, ends = rows_of(made)
-    assert ends == {"measured": 16 * 8, "done": 16 * 32}
+    assert ends == {"measured": 16 * 2 * len(ARMS), "done": 16 * 8 * len(ARMS)}
     assert {row["alpha"] for row in rows} == {1.0}  # `none` stands for every level
     (one,) = [
         one
@@ -106,5 +106,9 @@ def test_the_study_has_two_thousand_simulated_cases_and_no_case_twice():
     assert len({case.id for case in cases}) == len(cases)
     assert sum(case.controller != "motion" for case in cases) >= 2000
     assert {case.disturbance.name for case in cases if case.controller == "mpc"} == set(DISTURBANCES)
+    assert {case.arm for case in cases if case.controller == "pd"} == set(ARMS)
+    assert {case.arm for case in cases if case.controller == "mpc"} == set(SLOW_ARMS)
+    without = study_cases(["pd", "mpc"], seeds=1, preset="live", arms=ARMS[:4])
+    assert {case.id for case in without} == {case.id for case in cases if case.arm != "dynamic"}
     assert len({case.body.height_m for case in cases}) == 3
     assert len(study_cases(["pd", "mpc"], seeds=1, preset="live", small=True)) < 100

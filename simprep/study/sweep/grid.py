@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from simprep.errors import SettingError, UnknownNameError
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.named_controllers import CONTROLLERS
-from simprep.preparation.scenario import ARMS, AlphaProfile
+from simprep.preparation.scenario import ALL_ARMS, ARMS, AlphaProfile
 from simprep.study.plan import BEFORE_PHYSICS, DETERMINISTIC, QUICK_PROFILE
 from simprep.study.sweep.cases import NOMINAL, Body, Clip, Disturbance, SweepCase
 from simprep.study.sweep.code import results_code
@@ -20,7 +20,7 @@ class Sweep:
         bodies: who moves.
         clips: motions to track.
         locomotions, targets: what prepares for what.
-        arms: which of `ARMS`.
+        arms: which of `ALL_ARMS`.
         alphas: levels of preparation, 0 to 1. The arm `none` has no level and is run once.
         controllers: which of `CONTROLLERS`; `motion` measures the motions before physics.
         preset: of `mpc`.
@@ -73,7 +73,7 @@ class Sweep:
             if not 0 <= alpha <= 1:
                 raise SettingError(f"alpha {alpha:g}; valid: 0 to 1")
         for kind, values, valid in (
-            ("arm", self.arms, ARMS),
+            ("arm", self.arms, ALL_ARMS),
             ("controller", self.controllers, (*CONTROLLERS, BEFORE_PHYSICS)),
             ("preset", (self.preset,), tuple(MPC_PRESETS)),
         ):
