@@ -73,8 +73,9 @@ class PushCommand(BaseCommand):
         from simprep.report.page import write_report
         from simprep.report.push_figure import plot_push_limits
         from simprep.report.results import provenance, save_json
+        from simprep.study.limit_runs import LimitRuns
         from simprep.study.push_limits import AFTER_S, PushSettings, push_limits
-        from simprep.study.push_page import PushRuns, push_page
+        from simprep.study.push_page import push_page
 
         motion = resolve_motion(self.motion, output.warn, self.library, self.robot)
         at = self._at(motion, DEFAULT_LOOP_S / 2 if motion.loop else motion.duration / 2)
@@ -84,7 +85,7 @@ class PushCommand(BaseCommand):
         # a loop goes on as long as the push needs, within reason
         seconds = min(max(DEFAULT_LOOP_S, at + self.duration + AFTER_S), 600.0) if motion.loop else None
         motion = select(motion, None, seconds, output.warn)
-        runs = PushRuns()
+        runs = LimitRuns()
         with output.progress() as bar:
             task = bar.add_task("without a push", total=self.directions * self.seeds)
             limits = push_limits(

@@ -16,7 +16,8 @@ class StabilityCommand(BaseCommand):
     """Measure stability by dose: the largest push, lowest friction, weakest motors, largest sensor noise that a motion survives.
 
     With mpc also the shortest look-ahead and the fewest samples. All levels of a scan are tried, and the first failure is
-    narrowed down, with each seed. Writes metrics.json and, where plots can be drawn, stability.png.
+    narrowed down, with each seed. Writes metrics.json and, where plots can be drawn, stability.png and report.html, a page with a
+    replay that opens from disk.
 
     Example: simprep stability kick_front --controller balance --measures push_launch friction -o out/stability
     """
@@ -73,10 +74,13 @@ class StabilityCommand(BaseCommand):
         from simprep.physics.mpc import MPC_PRESETS
         from simprep.physics.settings import SimulationSettings
         from simprep.report.gl import pictures_or_warning
+        from simprep.report.page import write_report
         from simprep.report.results import provenance, save_json
         from simprep.report.stability_figure import plot_stability
         from simprep.study.doses import StabilitySettings, measures_of
+        from simprep.study.limit_runs import LimitRuns
         from simprep.study.stability import stability
+        from simprep.study.stability_page import stability_page
         from simprep.study.stability_results import content_of, stability_table
 
         measures_of(self.controller, self.measures)
@@ -93,6 +97,7 @@ class StabilityCommand(BaseCommand):
         settings = StabilitySettings(
             self.measures, directions, self.duration, segment, self.halvings, tuple(range(self.seeds))
         )
+        runs = LimitRuns()
         with output.progress() as bar:
             task = bar.add_task("stability", total=None)
             result = stability(
@@ -101,6 +106,7 @@ class StabilityCommand(BaseCommand):
                 self.controller,
                 SimulationSettings(mpc=MPC_PRESETS[self.preset]),
                 lambda what, done, total: bar.update(task, description=what, completed=done, total=total),
+                runs.add,
             )
         for name, reason in result.left_out.items():
             output.warn(f"{motion.name}: {name} was not measured: {reason}")
@@ -111,12 +117,18 @@ class StabilityCommand(BaseCommand):
         folder = self.out or Path("results") / "stability" / f"{motion.name}_{self.controller}"
         found, files = content_of(result), [folder / "metrics.json"]
         title = f"{motion.name} with {self.controller}: the largest disturbances survived"
+        made = provenance(output_module.arguments)
         if not self.no_pictures and result.measured:
             with pictures_or_warning("no plot", output.warn):
                 files.append(plot_stability(found["measures"], folder / "stability.png", title))
+            files += write_report(
+                folder,
+                lambda: stability_page(title, result, settings, runs, files, made, output.warnings),
+                output.warn,
+            )
         content = {
             "schema": "simprep.stability/1",
-            **provenance(output_module.arguments),
+            **made,
             "motion": motion.name,
             "source": motion.source,
             "controller": self.controller,

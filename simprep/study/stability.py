@@ -7,13 +7,18 @@ from functools import partial
 import numpy as np
 
 from simprep.motion.motion import Motion
-from simprep.physics.run import DONE
+from simprep.physics.run import DONE, Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 from simprep.study.bisection import DoseLimit, first_failure
-from simprep.study.doses import DOSES, LAUNCH, PUSH_LEVELS_N, STANCE, Dose, StabilitySettings, measures_of
+from simprep.study.doses import DOSES, LAUNCH, PUSH_LEVELS_N, STANCE, StabilitySettings, measures_of
 from simprep.study.plan import DETERMINISTIC
 from simprep.study.push_limits import PushTrial
+
+Search = tuple[str, float | None]
+"""A measure, and of a push its direction [degrees]."""
+OnRun = Callable[[Search, int, float, Run, bool], None]
+"""Is called with a search, the seed, the dose, its run, and whether more of the dose is harder."""
 
 
 def number_of(limit: DoseLimit) -> float:
@@ -119,6 +124,7 @@ def stability(
     controller: str = "mpc",
     simulation: SimulationSettings | None = None,
     on_progress: Callable[[str, int, int], None] | None = None,
+    on_run: OnRun | None = None,
 ) -> Stability:
     """Measure how much of each disturbance a tracked motion takes.
 
@@ -132,13 +138,14 @@ def stability(
         controller: `pd`, `balance` or `mpc`.
         simulation: as of `simprep.track`; its own disturbances stay, and are where a scan begins.
         on_progress: called with what is being searched, how many searches are finished, and how many there are.
+        on_run: called with every run but those without a push, where pushes are searched for.
     """
     settings, simulation = settings or StabilitySettings(), simulation or SimulationSettings()
     names = measures_of(controller, settings.measures)
     moments, left_out = _moments(motion, settings, names)
     plan = {name: _seeds(name, controller, settings) for name in names if name not in left_out}
     total = sum(len(seeds) * (len(settings.directions_deg) if name in moments else 1) for name, seeds in plan.items())
-    search = _Search(motion, controller, simulation, settings, total, on_progress)
+    search = _Search(motion, controller, simulation, settings, total, on_progress, on_run)
     measured = tuple(
         search.pushes(name, moments[name], seeds) if name in moments else search.whole(name, seeds)
         for name, seeds in plan.items()
@@ -157,15 +164,22 @@ class _Search:
         settings: StabilitySettings,
         total: int,
         on_progress: Callable[[str, int, int], None] | None,
+        on_run: OnRun | None,
     ) -> None:
         self._motion, self._controller, self._simulation, self._settings = motion, controller, simulation, settings
         self._total, self._tell, self._finished = total, on_progress, 0
-        self._undisturbed: dict[int, bool] = {}
+        self._on_run = on_run
+        self._undisturbed: dict[int, Run] = {}
         self.assist_n, self.runs = 0.0, 0
 
     def pushes(self, name: str, at_s: float, seeds: tuple[int, ...]) -> MeasureLimits:
         settings = self._settings
-        trial = PushTrial(self._motion, settings.push(at_s), self._controller, self._simulation)
+
+        def on_push(direction: float, seed: int, force: float, run: Run) -> None:
+            if self._on_run:
+                self._on_run((name, direction), seed, force, run, True)
+
+        trial = PushTrial(self._motion, settings.push(at_s), self._controller, self._simulation, on_push)
         known: dict[tuple[int, float, float], bool] = {}
 
         def survives(seed: int, direction: float, force: float) -> bool:
@@ -191,25 +205,35 @@ class _Search:
         levels = dose.levels(self._simulation)
         for seed in seeds:
             self._report(f"{name}, seed {seed}")
-            if seed not in self._undisturbed:
-                self._undisturbed[seed] = self._completes(seed, self._simulation)
-            known = {float(levels[0]): self._undisturbed[seed]}
-            limit = first_failure(partial(self._survives, dose, seed, known), levels, self._settings.halvings)
-            limits.append(_whole_numbers(limit, dose.whole))
+            known: dict[float, bool] = {}
+            survives = partial(self._survives, name, seed, known, levels)
+            limits.append(_whole_numbers(first_failure(survives, levels, self._settings.halvings), dose.whole))
             self._finished += 1
         return MeasureLimits(name, seeds, (tuple(limits),))
 
-    def _survives(self, dose: Dose, seed: int, known: dict[float, bool], value: float) -> bool:
+    def _survives(
+        self, name: str, seed: int, known: dict[float, bool], levels: tuple[float, ...], value: float
+    ) -> bool:
+        dose = DOSES[name]
         exact = float(round(value)) if dose.whole else value
         if exact not in known:
-            known[exact] = self._completes(seed, dose.change(self._simulation, exact))
+            run = self._run_undisturbed(seed) if value == levels[0] else self._run(seed, dose.change(self._simulation, exact))
+            known[exact] = run.end == DONE
+            if self._on_run:
+                self._on_run((name, None), seed, exact, run, levels[-1] > levels[0])
         return known[exact]
 
-    def _completes(self, seed: int, simulation: SimulationSettings) -> bool:
+    def _run_undisturbed(self, seed: int) -> Run:
+        """The same for every measure, so it is run once."""
+        if seed not in self._undisturbed:
+            self._undisturbed[seed] = self._run(seed, self._simulation)
+        return self._undisturbed[seed]
+
+    def _run(self, seed: int, simulation: SimulationSettings) -> Run:
         self.runs += 1
         run = track(self._motion, self._controller, seed, simulation)
         self.assist_n = max(self.assist_n, run.assist.force_n)
-        return run.end == DONE
+        return run
 
     def _report(self, what: str) -> None:
         if self._tell:

@@ -1,7 +1,8 @@
 """Stability by dose: which runs are made, what their ends say, and `simprep stability` from wish to files."""
 
 import json
-from types import SimpleNamespace
+from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 import pytest
@@ -12,11 +13,15 @@ from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
+from simprep.physics.run import Assist
 from simprep.physics.settings import SimulationSettings
+from simprep.physics.simulate import track
 from simprep.study import push_limits
 from simprep.study import stability as module
 from simprep.study.doses import StabilitySettings
+from simprep.study.limit_runs import LimitRuns
 from simprep.study.stability import launch_of, mid_stance_of, stability
+from simprep.study.stability_page import stability_headline, stability_page
 from simprep.study.stability_results import content_of
 
 FPS = 30.0
@@ -41,7 +46,12 @@ class FakeTrack:
         force = float(np.linalg.norm(settings.pushes[-1].force)) if settings.pushes else 0.0
         self.calls.append((motion, controller, seed, settings, force))
         end = "done" if self.completes(settings, seed, force) else "fell"
-        return SimpleNamespace(end=end, assist=SimpleNamespace(force_n=force))
+        return replace(short_run(), end=end, fallen=None if end == "done" else 0, assist=Assist(force_n=force))
+
+
+@lru_cache(maxsize=1)
+def short_run():
+    return track(standing(0.1), "pd")
 
 
 @pytest.fixture
@@ -160,8 +170,35 @@ def test_stability_writes_numbers_and_a_picture(fake, tmp_path, capsys):
     assert printed["schema"] == "simprep.stability/1"
     assert printed["measures"]["push_stance"]["directions_deg"] == [0, 90, 180, 270]
     assert printed["dose_friction"] == pytest.approx(0.3, abs=0.02)
-    assert printed["files"] == ["metrics.json", "stability.png"]
+    assert printed["files"] == ["metrics.json", "stability.png", "report.html"]
     assert (out / "stability.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_the_page_shows_the_runs_at_each_limit(fake):
+    fake(rule)
+    runs, settings = LimitRuns(), StabilitySettings(directions_deg=(0.0, 90.0), halvings=3)
+    result = stability(standing(target=60), settings, "mpc", on_run=runs.add)
+    for one in result.measured:
+        for direction, row in zip(one.directions_deg or (None,), one.limits):
+            search = (one.name, direction)
+            assert (runs.survived[search][0], runs.failed[search][0]) == (row[0].survived, row[0].failed)
+            assert (runs.survived[search][1].end, runs.failed[search][1].end) == ("done", "fell")
+    page = stability_page("still", result, settings, runs, [], {})
+    assert len(page.replays) == len(result.measured) == 7
+    labels = [actor.label for actor in page.replays[2].actors]
+    assert labels == ["friction 0.3, survived", "friction 0.287, not survived"]
+    assert [flash.label for flash in page.replays[0].flashes] == ["112 N", "125 N"]  # of the first seed
+    assert page.headline.startswith("It survives pushes of 150 N at the launch, ")
+    assert "friction down to 0.3," in page.headline
+
+
+def test_a_motion_that_falls_anyway_says_so_on_the_page(fake):
+    fake(lambda settings, seed, force: False)
+    runs, settings = LimitRuns(), StabilitySettings(("friction",), seeds=(0,))
+    result = stability(standing(), settings, "balance", on_run=runs.add)
+    assert "Without any disturbance it is not always completed either." in stability_headline(result)
+    (replay,) = stability_page("still", result, settings, runs, [], {}).replays
+    assert [actor.label for actor in replay.actors] == ["friction 1, not survived"]
 
 
 @pytest.mark.parametrize(
