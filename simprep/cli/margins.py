@@ -1,6 +1,8 @@
 """`simprep margins`: margins of stability for each step, left and right, sideways and fore-aft apart."""
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,8 +13,10 @@ from simprep.cli.library import LibraryFolder
 from simprep.cli.output import BaseCommand, Json, Output, Quiet, Robot
 
 if TYPE_CHECKING:
+    from simprep.arrays import FloatArray
     from simprep.metrics.margins import Margins
     from simprep.motion.motion import Motion
+    from simprep.physics.run import Run
 
 
 @dataclass(frozen=True)
@@ -20,7 +24,8 @@ class MarginsCommand(BaseCommand):
     """Margins of stability for each step of a motion or a simulated run: left and right, sideways and fore-aft apart.
 
     Prints what the numbers are: COM model, base of support, pendulum length, sign, event. Writes metrics.json, steps.csv,
-    and the margins over 0 to 100 % of each step as curves.csv and curves.mot. docs/margins.md says more.
+    and the margins over 0 to 100 % of each step as curves.csv and curves.mot; where plots can be drawn, curves.png and
+    report.html, a page with a replay that opens from disk. docs/margins.md says more.
 
     Example: simprep margins walk --seconds 10 -o out/margins
     """
@@ -42,16 +47,23 @@ class MarginsCommand(BaseCommand):
     library: LibraryFolder = None
     """Folder of your own clips; default SIMPREP_LIBRARY, where set."""
 
+    no_pictures: bool = False
+    """Draw nothing."""
+
     json: Json = False
     quiet: Quiet = False
 
     def _run(self, output: Output) -> dict[str, Any]:
-        motion, simulated = self._subject(output)
+        from simprep.motion.motion import Motion
+
+        subject = self._subject(output)
+        simulated = not isinstance(subject, Motion)
         from simprep.metrics.balance import balance
         from simprep.metrics.margins import definitions, normalised_curves, step_margin_summary, step_margins
         from simprep.report.margin_files import save_curves_csv, save_curves_mot, save_steps
         from simprep.report.results import provenance, save_json
 
+        motion = subject if isinstance(subject, Motion) else subject.simulated_motion()
         margins = step_margins(motion, balance(motion))
         about = definitions(motion)
         curves = normalised_curves(margins, self.cycle)
@@ -64,9 +76,12 @@ class MarginsCommand(BaseCommand):
             save_curves_csv(curves, folder / "curves.csv"),
             save_curves_mot(curves, folder / "curves.mot", about),
         ]
+        made, table = provenance(output_module.arguments), _table(margins)
+        if not self.no_pictures:
+            files += self._pictures(subject, margins, curves, table, about, folder, made, output)
         content = {
             "schema": "simprep.margins/1",
-            **provenance(output_module.arguments),
+            **made,
             "motion": motion.name,
             "simulated": simulated,
             "n_steps": {side: sum(one.side == side for one in margins.steps) for side in ("left", "right")},
@@ -81,12 +96,37 @@ class MarginsCommand(BaseCommand):
         save_json(files[0], content)
         for name, text in about.items():
             output.say(f"{name}: {text}")
-        output.say(_table(margins))
+        output.say(table)
         output.say(f"written: {', '.join(map(str, files))}")
         return content
 
-    def _subject(self, output: Output) -> tuple["Motion", bool]:
-        """The motion that is measured, and whether it comes from a run."""
+    def _pictures(
+        self,
+        subject: "Motion | Run",
+        margins: "Margins",
+        curves: "Mapping[str, FloatArray]",
+        table: Any,
+        about: Mapping[str, str],
+        folder: Path,
+        made: Mapping[str, Any],
+        output: Output,
+    ) -> list[Path]:
+        """Plot and report page, where they can be drawn."""
+        from simprep.report.gl import pictures_or_warning
+        from simprep.report.margin_figure import plot_step_margins
+        from simprep.report.margin_page import margin_page
+        from simprep.report.page import write_report
+
+        files: list[Path] = []
+        if curves:
+            title, over = "Margins of stability", "cycle" if self.cycle else "step"
+            with pictures_or_warning("no plot", output.warn):
+                files.append(plot_step_margins(curves, folder / "curves.png", title, over))
+        page = partial(margin_page, subject, margins.steps, table, about, files, made, output.warnings)
+        return files + write_report(folder, page, output.warn)
+
+    def _subject(self, output: Output) -> "Motion | Run":
+        """What is measured."""
         from simprep.cli.resolve import resolve_motion, select
         from simprep.errors import SettingError
 
@@ -98,9 +138,9 @@ class MarginsCommand(BaseCommand):
             run = read_run(path)
             if len(run.bodies) != 1:
                 raise SettingError(f"{path}: a run of {len(run.bodies)} bodies; valid: of one")
-            return run.simulated_motion(), True
+            return run
         motion = resolve_motion(self.motion, output.warn, self.library, self.robot)
-        return select(motion, None, self.seconds, output.warn), False
+        return select(motion, None, self.seconds, output.warn)
 
 
 def _run_file(text: str) -> Path | None:
@@ -116,12 +156,13 @@ def _run_file(text: str) -> Path | None:
 
 def _table(margins: "Margins") -> Any:
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title="Margins of stability [mm]", title_justify="left")
+    table = Table(title=Text("Margins of stability [mm]"), title_justify="left")
     names = ("touch-down [s]", "ml", "ml, least in stance", "front", "back", "pendulum [m]")
     table.add_column("foot")
     for name in names:
-        table.add_column(name.replace("[", "\\["), justify="right")
+        table.add_column(Text(name), justify="right")
     for one in margins.steps:
         lengths = (one.ml_m, one.ml_least_m, one.front_m, one.back_m)
         table.add_row(

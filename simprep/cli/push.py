@@ -1,6 +1,7 @@
 """`simprep push`: the largest push that a tracked motion survives, by direction."""
 
 from dataclasses import asdict, dataclass
+from functools import partial
 from math import ceil
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -62,6 +63,9 @@ class PushCommand(BaseCommand):
     library: LibraryFolder = None
     """Folder of your own clips; default SIMPREP_LIBRARY, where set."""
 
+    no_pictures: bool = False
+    """Draw nothing."""
+
     json: Json = False
     quiet: Quiet = False
 
@@ -104,10 +108,12 @@ class PushCommand(BaseCommand):
             output.warn(f"{motion.name} ends {limits.watched_s:.2f} s after the push; a later fall is not seen")
         title = f"{motion.name}: largest push survived, {self.duration:g} s on {self.segment} at {at:.2f} s"
         files = [folder / "metrics.json"]
-        with pictures_or_warning("no plot", output.warn):
-            files.append(plot_push_limits(table, folder / "push.png", f"{title}; seeds: {self.seeds}"))
         made = provenance(output_module.arguments)
-        files += write_report(folder, lambda: push_page(title, limits, runs, files, made, output.warnings), output.warn)
+        if not self.no_pictures:
+            with pictures_or_warning("no plot", output.warn):
+                files.append(plot_push_limits(table, folder / "push.png", f"{title}; seeds: {self.seeds}"))
+            page = partial(push_page, title, limits, runs, files, made, output.warnings)
+            files += write_report(folder, page, output.warn)
         content = {
             "schema": "simprep.push/1",
             **made,

@@ -123,8 +123,19 @@ def test_the_command_writes_what_it_prints(tmp_path, capsys):
     assert [*curves[0][1:]] == table[0].split("\t")[1:]
     assert float(curves[1][1]) == pytest.approx(left[0], rel=1e-6)
     assert sorted(path.name for path in tmp_path.iterdir()) == sorted(content["files"])
+    assert {"curves.png", "report.html"} <= set(content["files"])
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert f"the mean margin is {content['step_margin_ml_left_mm']:.0f} mm sideways" in page
+    assert "left foot at " in page  # the touch-downs are marked in the replay
     assert main(["margins", "stand", "--quiet", "-o", str(tmp_path / "stand")]) == 0
     assert "no foot lands" in capsys.readouterr().err
+    assert "stand has no steps" in (tmp_path / "stand" / "report.html").read_text(encoding="utf-8")
+
+
+def test_without_pictures_none_is_drawn(tmp_path, capsys):
+    assert main(["margins", "walk", "--seconds", "2", "--no-pictures", "--json", "-o", str(tmp_path)]) == 0
+    files = {path.name for path in tmp_path.iterdir()}
+    assert files == {"metrics.json", "steps.csv", "curves.csv", "curves.mot"} == set(json.loads(capsys.readouterr().out)["files"])
 
 
 def test_a_run_is_measured_as_it_is(tmp_path, capsys):
@@ -136,3 +147,4 @@ def test_a_run_is_measured_as_it_is(tmp_path, capsys):
     assert main(["margins", str(tmp_path), "--seconds", "2"]) == 2
     assert "a run is measured as it is" in capsys.readouterr().err
     assert Path(tmp_path / "out" / "curves.mot").is_file()
+    assert "simulated with pd" in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
