@@ -1,7 +1,9 @@
 """`simprep check`: have numbers moved away from a baseline?"""
 
 import sys
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -13,6 +15,7 @@ from simprep.errors import MotionFileError, SettingError
 
 if TYPE_CHECKING:
     from simprep.regression.baseline import Baseline
+    from simprep.regression.compare import Comparison
     from simprep.regression.measured import Measured
 
 REGRESSION = 1
@@ -24,7 +27,7 @@ class Check(BaseCommand):
     """Compare results with a baseline, and print what moved by more than its tolerance and by more than chance allows.
 
     Exit code 1 if something got worse, moved where no direction is known to be better, or is missing. docs/regression.md has
-    the rules.
+    the rules. Writes report.html, a page that opens from disk, with a replay where RESULTS have a run.
 
     Example: simprep check results/validate --baseline baseline.json --update --reason "first" && simprep check results/validate --baseline baseline.json
     """
@@ -56,6 +59,12 @@ class Check(BaseCommand):
 
     junit: Annotated[Path | None, tyro.conf.arg(metavar="FILE", help_behavior_hint="")] = None
     """Write the outcome as JUnit XML too."""
+
+    out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="DIR", help_behavior_hint="")] = None
+    """Folder for the report; default results/check."""
+
+    no_pictures: bool = False
+    """Write no report."""
 
     all: bool = False
     """Print every metric, not only what moved (the first 40 of it)."""
@@ -100,13 +109,16 @@ class Check(BaseCommand):
             from simprep.regression.baseline import save_baseline
 
             files.append(save_baseline(self._accepted(measured, former), self.baseline))
-        if files:
-            output.say(f"written: {', '.join(map(str, files))}")
         from simprep.report.results import provenance
 
+        made = provenance(output_module.arguments)
+        if not self.no_pictures:
+            files += self._report(comparison, baseline, made, output)
+        if files:
+            output.say(f"written: {', '.join(map(str, files))}")
         return {
             "schema": "simprep.regression/1",
-            **provenance(output_module.arguments),
+            **made,
             "baseline": str(self.baseline),
             "verdict": "fail" if comparison.failures else "pass",
             "failures": len(comparison.failures),
@@ -117,6 +129,15 @@ class Check(BaseCommand):
             "rows": [asdict(row) for row in comparison.rows],
             "files": list(map(str, files)),
         }
+
+    def _report(
+        self, comparison: "Comparison", baseline: "Baseline", made: Mapping[str, Any], output: Output
+    ) -> list[Path]:
+        from simprep.regression.page import check_page
+        from simprep.report.page import write_report
+
+        page = partial(check_page, comparison, baseline, self.results, made, output.warnings)
+        return write_report(self.out or Path("results") / "check", page, output.warn)
 
     def _former(self) -> "Baseline":
         """The baseline as it is, with the wishes of the command line."""

@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -12,7 +13,10 @@ import simprep
 from simprep.cli.main import main
 from simprep.errors import MotionFileError, SettingError
 from simprep.metrics.evaluate import evaluate_run
+from simprep.regression.compare import Row
+from simprep.regression.figure import judged, moved
 from simprep.regression.measured import Case, numbers
+from simprep.regression.page import runs_of, runs_replay
 from simprep.regression.read_results import read_results
 
 VALIDATE = {
@@ -125,8 +129,9 @@ def test_missing_results_say_what_is_valid(tmp_path):
 
 
 @pytest.fixture
-def checked(tmp_path, capsys):
+def checked(tmp_path, capsys, monkeypatch):
     """Exit code, output and errors of `simprep check` of a tracked walk with some error."""
+    monkeypatch.chdir(tmp_path)
 
     def check(mpjpe_mm, *arguments, folder="out"):
         results = written(tmp_path / folder / "metrics.json", {**TRACK, "mpjpe_mm": mpjpe_mm}).parent
@@ -185,3 +190,37 @@ def test_a_bad_wish_is_one_line(checked, arguments, words, tmp_path):
     assert err.count("\n") == 1
     assert words in err
     assert ((tmp_path / "b.json").read_text() if (tmp_path / "b.json").exists() else None) == before
+
+
+def test_the_report_says_what_moved(checked, tmp_path):
+    assert checked(20.0, "--update", "--reason", "first")[0] == 0
+    assert checked(25.0)[0] == 1
+    page = (tmp_path / "results" / "check" / "report.html").read_text(encoding="utf-8")
+    assert "Failed: mpjpe_mm of walk mpc live is worse, 20 before and 25 now. 3 numbers were compared." in page
+    assert "<td>mpjpe_mm</td>" in page
+    assert "how far numbers moved" in page
+    code, out, _ = checked(20.5, "--json", "-o", str(tmp_path / "there"))
+    assert code == 0
+    assert json.loads(out)["files"] == [str(tmp_path / "there" / "report.html")]
+    assert "Passed: none of 3 numbers" in (tmp_path / "there" / "report.html").read_text(encoding="utf-8")
+    assert checked(20.5, "--no-pictures", "-o", str(tmp_path / "nowhere"))[0] == 0
+    assert not (tmp_path / "nowhere").exists()
+
+
+def test_runs_that_are_checked_are_shown_side_by_side(tmp_path, capsys):
+    runs = [simprep.track(simprep.library_motion("stand")[:9], "pd", seed=seed) for seed in (0, 1)]
+    paths = [str(simprep.save_run(run, tmp_path / f"{run.seed}.npz")) for run in runs]
+    asked = ["check", *paths, "--baseline", str(tmp_path / "b.json"), "-o", str(tmp_path / "out")]
+    assert main([*asked, "--update", "--reason", "first"]) == 0
+    replay = runs_replay(runs_of([Path(path) for path in paths]))
+    assert [actor.label for actor in replay.actors] == ["stand, pd, seed 0", "stand, pd, seed 1"]
+    assert replay.actors[0].place != replay.actors[1].place
+    assert 'id="recording-0"' in (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_picture_measures_in_what_is_allowed():
+    row = Row("walk", "mpjpe_mm", 20.0, 23.0, 18.0, 22.0, "worse", (1, 1))
+    assert moved(row) == 1.5
+    assert moved(replace(row, now=19.0)) == -0.5
+    assert moved(replace(row, now=20.0)) == 0.0
+    assert judged([row, replace(row, now=None, verdict="gone")]) == [row]
