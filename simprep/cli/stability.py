@@ -122,9 +122,7 @@ class StabilityCommand(BaseCommand):
             with pictures_or_warning("no plot", output.warn):
                 files.append(plot_stability(found["measures"], folder / "stability.png", title))
             files += write_report(
-                folder,
-                lambda: stability_page(title, result, settings, runs, files, made, output.warnings),
-                output.warn,
+                folder, lambda: stability_page(title, result, settings, runs, files, made, output.warnings), output.warn
             )
         content = {
             "schema": "simprep.stability/1",

@@ -65,7 +65,9 @@ def check_headline(comparison: Comparison) -> str:
     first, *others = failures
     change = "" if None in (first.before, first.now) else f", {first.before:.4g} before and {first.now:.4g} now"
     rest = f", and {len(others)} more" if others else ""
-    return f"Failed: {first.metric} of {first.case} is {first.verdict}{change}{rest}. {len(rows)} numbers were compared."
+    return (
+        f"Failed: {first.metric} of {first.case} is {first.verdict}{change}{rest}. {len(rows)} numbers were compared."
+    )
 
 
 def runs_of(results: Sequence[Path]) -> list[Run]:

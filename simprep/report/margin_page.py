@@ -18,9 +18,7 @@ from simprep.report.replay.actor import motion_replay, run_replay
 
 MARKS = 24
 """Most touch-downs that are marked in the replay."""
-LEGEND = (
-    "Green is the support polygon, red the centre of mass on the floor. The name of a foot is shown when it touches down."
-)
+LEGEND = "Green is the support polygon, red the centre of mass on the floor. The name of a foot is shown when it touches down."
 
 
 def margin_page(

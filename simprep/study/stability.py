@@ -217,7 +217,11 @@ class _Search:
         dose = DOSES[name]
         exact = float(round(value)) if dose.whole else value
         if exact not in known:
-            run = self._run_undisturbed(seed) if value == levels[0] else self._run(seed, dose.change(self._simulation, exact))
+            run = (
+                self._run_undisturbed(seed)
+                if value == levels[0]
+                else self._run(seed, dose.change(self._simulation, exact))
+            )
             known[exact] = run.end == DONE
             if self._on_run:
                 self._on_run((name, None), seed, exact, run, levels[-1] > levels[0])

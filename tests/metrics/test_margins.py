@@ -135,7 +135,11 @@ def test_the_command_writes_what_it_prints(tmp_path, capsys):
 def test_without_pictures_none_is_drawn(tmp_path, capsys):
     assert main(["margins", "walk", "--seconds", "2", "--no-pictures", "--json", "-o", str(tmp_path)]) == 0
     files = {path.name for path in tmp_path.iterdir()}
-    assert files == {"metrics.json", "steps.csv", "curves.csv", "curves.mot"} == set(json.loads(capsys.readouterr().out)["files"])
+    assert (
+        files
+        == {"metrics.json", "steps.csv", "curves.csv", "curves.mot"}
+        == set(json.loads(capsys.readouterr().out)["files"])
+    )
 
 
 def test_a_run_is_measured_as_it_is(tmp_path, capsys):
