@@ -4,14 +4,15 @@ Example: python scripts/study_posture_optimization.py --processes 2 -o results/p
 
 Locomotions × targets × levels × arms × controllers × three statures × seeds × disturbances, run as a sweep (docs/sweep.md) into
 --store. Stopped at any moment, the same command goes on; if all cases are recorded, only the report is made anew. --plan
-says what is left and what it will take. Writes OUT/report.md, summary.json, figures, and table.parquet with every case.
+says what is left and what it will take. Writes OUT/report.md, summary.json, figures, report.html with a few arms side by side
+(they are simulated again), and table.parquet with every case.
 """
 
 import argparse
 import sys
 import time
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -21,16 +22,20 @@ import numpy as np
 from posture_optimization.compared import MIN_CLUSTERS, OUTCOMES, STABILITY, by_target, compared, rows_of
 from posture_optimization.figures import plot_effects, plot_worse
 from posture_optimization.grid import ARMS, STATURES_M, study_cases
+from posture_optimization.page import posture_page
 from posture_optimization.report import answer, report_text
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.named_controllers import CONTROLLERS
+from simprep.report.page import write_report
+from simprep.report.replay.actor import Replay
 from simprep.report.results import provenance, save_json
 from simprep.study.compare import WITH, WITHOUT
 from simprep.study.plan import BEFORE_PHYSICS
 from simprep.study.sweep.engines import in_processes, in_this_process, on_dask
 from simprep.study.sweep.estimate import costs, plan_text, sample
+from simprep.study.sweep.replays import sweep_replays
 from simprep.study.sweep.run import Progress, run_sweep
 from simprep.study.sweep.store import SweepStore
 from simprep.study.sweep.table import save_table
@@ -57,16 +62,21 @@ def arms_table(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     ]  # fmt: skip
 
 
-def write_report(
-    records: Sequence[Mapping[str, Any]], planned: int, out: Path, about: Mapping[str, Any]
+def write_results(
+    records: Sequence[Mapping[str, Any]],
+    planned: int,
+    out: Path,
+    about: Mapping[str, Any],
+    replays: Callable[[], Sequence[Replay]] = tuple,
 ) -> dict[str, Any]:
-    """Report, figures and summary.json; returns the last.
+    """Reports, figures and summary.json; returns the last.
 
     Args:
         records: of the store.
         planned: how many cases the study has.
         out: folder.
         about: `command`, `preset`, `seeds` and what else repeats it.
+        replays: makes what the page shows.
     """
     rows, ends = rows_of(records)
     simulated = sum(record["case"]["controller"] != BEFORE_PHYSICS for record in records)
@@ -88,6 +98,9 @@ def write_report(
     with atomic_path(out / "report.md") as temporary:
         temporary.write_text(text, encoding="utf-8")
     save_json(out / "summary.json", content)
+    write_report(
+        out, lambda: posture_page(content, parts["whole"], figures, replays()), partial(print, file=sys.stderr)
+    )
     return content
 
 
@@ -158,14 +171,16 @@ def main() -> int:
         "seeds": options.seeds,
         "controllers": options.controllers,
     }
-    content = write_report(records, len(wanted), options.out, about)
+    content = write_results(
+        records, len(wanted), options.out, about, lambda: sweep_replays(cases, records, options.processes)
+    )
     try:
         save_table(store.folder, options.out / "table.parquet", wanted.__contains__)
     except SimprepError as error:
         print(error, file=sys.stderr)
     print(content["answer"])
     print(
-        f"{content['n_cases']} cases, {content['n_simulated']} simulated; written: {options.out / 'report.md'}, summary.json, figures"
+        f"{content['n_cases']} cases, {content['n_simulated']} simulated; written: {options.out / 'report.md'}, report.html, summary.json, figures"
     )
     return 0
 

@@ -1,6 +1,6 @@
 """`simprep sweep`: a grid of clips, arms, controllers, bodies and disturbances, on all cores or a cluster."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,6 +15,7 @@ from simprep.cli.output import BaseCommand, Json, Output, Quiet
 from simprep.errors import MissingExtraError, SettingError
 
 if TYPE_CHECKING:
+    from simprep.report.page import Page
     from simprep.study.sweep.cases import SweepCase
     from simprep.study.sweep.engines import Engine
     from simprep.study.sweep.grid import Sweep
@@ -31,7 +32,8 @@ class SweepCommand(BaseCommand):
     that a TOML file names, each once, and keep one record of each.
 
     Stopped at any moment, the same command goes on; at the end it does nothing. Cases that fall or cannot be read are
-    kept with their reason. Writes records-*.jsonl, sweep.json and table.parquet. docs/sweep.md explains the file.
+    kept with their reason. Writes records-*.jsonl, sweep.json, table.parquet and report.html, a page with a replay that opens from
+    disk. docs/sweep.md explains the file.
 
     Example: simprep sweep kicks.toml --processes 2 -o out/kicks
     """
@@ -60,6 +62,9 @@ class SweepCommand(BaseCommand):
 
     retry: bool = False
     """Run cases again that could not be read or ended in an error."""
+
+    no_pictures: bool = False
+    """Write no report; it simulates a few cases again."""
 
     json: Json = False
     quiet: Quiet = False
@@ -97,9 +102,35 @@ class SweepCommand(BaseCommand):
             )
         except MissingExtraError as error:
             output.warn(f"no table.parquet: {error}")
+        if not self.no_pictures:
+            files += self._report(cases, store, progress, content, output)
         output.say(f"{progress.done} cases, {progress.done - progress.recorded} of them run now: {_ends(progress)}")
         output.say(f"written: {store.folder}: {', '.join(path.name for path in files)}")
         return {**content, "run_now": progress.done - progress.recorded, "files": [str(path) for path in files]}
+
+    def _report(
+        self,
+        cases: "list[SweepCase]",
+        store: "SweepStore",
+        progress: "Progress",
+        content: Mapping[str, Any],
+        output: Output,
+    ) -> list[Path]:
+        """The page; the one that is there where nothing was run now."""
+        from simprep.report.page import REPORT_FILE, write_report
+        from simprep.study.sweep.page import sweep_page
+        from simprep.study.sweep.replays import sweep_replays
+
+        if progress.done == progress.recorded and (store.folder / REPORT_FILE).is_file():
+            return [store.folder / REPORT_FILE]
+        order = {one.id: number for number, one in enumerate(cases)}
+        records = sorted(store.records(order.__contains__), key=lambda record: order[record["id"]])
+        about = {key: content[key] for key in ("command", "created_utc", "versions", "platform")}
+
+        def page() -> "Page":
+            return sweep_page(self.config.stem, records, sweep_replays(cases, records), about, output.warnings)
+
+        return write_report(store.folder, page, output.warn)
 
     def _planned(self, sweep: "Sweep", store: "SweepStore", output: Output) -> dict[str, Any]:
         from dataclasses import asdict

@@ -9,7 +9,7 @@ import pytest
 from posture_optimization.compared import compared, rows_of
 from posture_optimization.grid import ARMS, DISTURBANCES, SLOW_ARMS, TARGETS, study_cases
 from posture_optimization.report import answer
-from study_posture_optimization import write_report
+from study_posture_optimization import write_results
 
 ABOUT = {"command": "python scripts/study_posture_optimization.py", "preset": "live", "seeds": 1, "controllers": ["pd"]}
 
@@ -58,7 +58,7 @@ def test_the_answer_says_what_is_in_the_data(made, begins):
 def test_the_report_is_written_with_its_figures_and_numbers(tmp_path):
     pytest.importorskip("matplotlib")
     made = records(-12.0)
-    content = write_report(made, 2 * len(made), tmp_path, ABOUT)
+    content = write_results(made, 2 * len(made), tmp_path, ABOUT)
     assert "it is harmful" in content["answer"]
     assert content["n_cases"] == len(made)
     assert content["n_simulated"] == sum(record["case"]["controller"] == "pd" for record in made)
@@ -66,7 +66,11 @@ def test_the_report_is_written_with_its_figures_and_numbers(tmp_path):
     assert content["answer"] in text
     assert f"{len(made)} of {2 * len(made)} cases" in text
     assert json.loads((tmp_path / "summary.json").read_text())["n_cases"] == len(made)
-    assert {"report.md", "summary.json", "effects.png", "worse.png"} == {path.name for path in tmp_path.iterdir()}
+    files = {path.name for path in tmp_path.iterdir()}
+    assert files == {"report.md", "report.html", "summary.json", "effects.png", "worse.png"}
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert content["answer"].partition(". ")[0] in page
+    assert f"{len(made)} of {2 * len(made)}, {content['n_simulated']} simulated" in page
 
 
 def test_the_numbers_of_the_text_are_those_of_the_data(tmp_path):

@@ -6,17 +6,22 @@ from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 from sweep_cases import CHEAP, small, write_cheap
 
 from simprep.cli.main import main
 from simprep.errors import MissingExtraError, MotionFileError, SettingError
+from simprep.preparation.scenario import ARMS
+from simprep.study.plan import ARM_LABELS
 from simprep.study.sweep.cases import Body, Clip, Disturbance
 from simprep.study.sweep.code import result_sources
-from simprep.study.sweep.config import read_sweep
+from simprep.study.sweep.config import read_sweep, sweep_of
 from simprep.study.sweep.engines import OtherCodeError, in_this_process
 from simprep.study.sweep.estimate import KindCost, costs, plan_text
 from simprep.study.sweep.measure import measure_case
+from simprep.study.sweep.page import grouped, sweep_page
+from simprep.study.sweep.replays import groups, sweep_replays
 from simprep.study.sweep.run import run_sweep
 from simprep.study.sweep.store import SweepStore, record_line
 from simprep.study.sweep.table import read_table, save_table
@@ -250,7 +255,17 @@ def test_the_command_runs_writes_and_says_what_it_did(tmp_path, capsys, monkeypa
     written = json.loads((tmp_path / "out" / "sweep.json").read_text())
     assert written["complete"] is True
     assert written["schema"] == "simprep.sweep/1"
-    assert {path.name for path in (tmp_path / "out").iterdir()} >= {"records-000001.jsonl", "table.parquet"}
+    assert {path.name for path in (tmp_path / "out").iterdir()} >= {
+        "records-000001.jsonl",
+        "table.parquet",
+        "report.html",
+    }
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert "6 cases: 4 measured, 2 bad input." in page
+    assert (
+        page.count('type="text/plain" id="recording-') == 3
+    )  # of the two clips on one body and the first on the other
+    made = (tmp_path / "out" / "report.html").stat().st_mtime_ns
 
     def missing():
         raise MissingExtraError("the table of a sweep", "table")
@@ -259,9 +274,58 @@ def test_the_command_runs_writes_and_says_what_it_did(tmp_path, capsys, monkeypa
     assert main(arguments) == 0
     printed = capsys.readouterr()
     assert "6 cases, 0 of them run now: 2 bad_input, 4 measured" in printed.out
+    assert (tmp_path / "out" / "report.html").stat().st_mtime_ns == made  # nothing was run, so nothing is drawn
     assert "pip install 'simprep[table]'" in printed.err
     assert main([*arguments, "--scheduler", "tcp://nowhere:1"]) == 2
     assert "valid: one of them" in capsys.readouterr().err
+
+
+def recorded(case, cpu_s=1.0, **changes):
+    metrics = {"success": True, "survived_s": 2.0, "mpjpe_mm": 20.0}
+    content = {"end": "done", "metrics": metrics, "cost": {"cpu_s": cpu_s}} | changes
+    return {"id": case.id, "case": case.definition, **content}
+
+
+def test_what_belongs_together_stands_side_by_side():
+    cases = list(small(clips=["walk"], disturbances=["nominal", "push"]).cases())
+    made = groups(cases)
+    assert all(len({(case.clip, case.target, case.disturbance.name) for case in group}) == 1 for group in made)
+    arms = next(group for group in made if group[0].target is not None)
+    assert [case.arm for case in arms] == list(ARMS)
+    assert {case.alpha for case in arms} == {None, 1.0}  # the highest level; `none` has none
+    controllers = next(group for group in made if group[0].clip is not None)
+    assert [case.controller for case in controllers] == ["pd", "mpc"]
+    assert made[-1][0].controller == "motion"  # what is not simulated comes last
+
+
+def test_a_replay_simulates_again_what_is_cheap_enough(tmp_path):
+    content = {"clips": ["stand", "walk"], "seconds": 0.2, "controllers": ["pd"]}
+    cases = list(sweep_of(content).cases())
+    records = [recorded(case) for case in cases]
+    shown = sweep_replays(cases, records)
+    assert [replay.title for replay in shown] == ["stand, nominal", "walk, nominal"]
+    assert shown[0].actors[0].reference is not None  # a simulation
+    assert [replay.title for replay in sweep_replays(cases, records, budget_s=1.5)] == ["stand, nominal"]
+    assert not sweep_replays(cases, [recorded(case, end="bad_input", metrics={}) for case in cases])
+
+
+def test_a_page_counts_ends_and_successes():
+    cases = list(small(controllers=["motion", "mpc"]).cases())
+    fell = {"success": False, "survived_s": 1.0, "mpjpe_mm": 90.0}
+    records = [
+        recorded(case, end="measured", metrics={})
+        if case.controller == "motion"
+        else recorded(case, end="fell", metrics=fell)
+        if case.arm == "none"
+        else recorded(case)
+        for case in cases
+    ]
+    page = sweep_page("kicks", records, [], {})
+    assert page.headline == "28 cases: 14 measured, 12 done, 2 fell. Simulated cases that succeed: 12 of 14 with mpc."
+    (none,) = [one for one in grouped(records) if (one.controller, one.what) == ("mpc", ARM_LABELS["none"])]
+    assert (none.cases, none.success_share, none.survived_s) == (2, 0.0, 1.0)
+    assert np.isnan(none.mpjpe_mm)
+    assert "for a replay would take too long" in page.details["replay"]
 
 
 def test_ctrl_c_keeps_what_is_recorded_and_says_so(tmp_path, capsys, monkeypatch):

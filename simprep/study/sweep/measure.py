@@ -22,6 +22,7 @@ from simprep.motion.motion import Motion
 from simprep.motion.transfer import import_onto, onto
 from simprep.physics.mpc import MPC_PRESETS
 from simprep.physics.pushes import Push
+from simprep.physics.run import Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 from simprep.preparation import scenario
@@ -67,13 +68,29 @@ def measure_case(case: SweepCase, threads: int = 1) -> dict[str, Any]:
 
 @one_thread
 def _measure(case: SweepCase, threads: int) -> tuple[str, str, dict[str, Any]]:
+    made = case_result(case, threads)
+    if isinstance(made, Motion):
+        return MEASURED, "not simulated", dict(evaluate_motion(made))
+    metrics = dict(evaluate_run(made))
+    del metrics["end"], metrics["s_per_s"]  # the first is said outside, the second is not a property of the case
+    return made.end, made.end_reason, metrics
+
+
+@one_thread
+def case_result(case: SweepCase, threads: int = 1) -> Run | Motion:
+    """What a case simulates, or the motion of one that is measured before physics; the same bits every time.
+
+    Args:
+        case: what to run.
+        threads: as of `measure_case`.
+
+    Raises:
+        SimprepError: a file or combination that cannot be used.
+    """
     motion = _motion(case)
     if case.controller == BEFORE_PHYSICS:
-        return MEASURED, "not simulated", dict(evaluate_motion(motion))
-    run = track(motion, case.controller, case.seed, _settings(case, motion, threads))
-    metrics = dict(evaluate_run(run))
-    del metrics["end"], metrics["s_per_s"]  # the first is said outside, the second is not a property of the case
-    return run.end, run.end_reason, metrics
+        return motion
+    return track(motion, case.controller, case.seed, _settings(case, motion, threads))
 
 
 def _motion(case: SweepCase) -> Motion:
