@@ -33,7 +33,8 @@ def sweep_replays(
         A replay of each group, fewer where cases cannot be run any more; nothing where all are too dear.
     """
     costs = {one["id"]: one["cost"]["cpu_s"] for one in records if one["end"] not in (BAD_INPUT, ERROR)}
-    replays, left = [], budget_s
+    replays: list[Replay] = []
+    left = budget_s
     for group in groups([case for case in cases if case.id in costs]):
         cost = sum(costs[case.id] or 0.0 for case in group)
         if len(replays) == GROUPS or cost > left:
