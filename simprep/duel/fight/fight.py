@@ -27,7 +27,8 @@ class FightAction:
         example: index of the example in B of the model; -1 where it is not in B (a held-out attack).
         moment: frame of the interaction moment, the peak of the contact force; -1 where there is none.
         request: the user's request that this action answers; empty for none.
-        note: why, where not chosen as usual: `reacts` to a blow, is `down`, `waits` for who is down; empty otherwise.
+        note: why, where not chosen as usual: `reacts` to a blow, `catches` himself, is `down`, `waits` for who is
+            down; empty otherwise.
     """
 
     player: int

@@ -39,7 +39,7 @@ from simprep.physics.tracker_state import TrackerState
 
 HISTORY_S = 0.25
 """Postures are optimised from so long before a new action on, so that they go on smoothly [s]."""
-REACTS, DOWN, WAITS = "reacts", "down", "waits"
+REACTS, CATCHES, DOWN, WAITS = "reacts", "catches", "down", "waits"
 """Notes of actions (`FightAction.note`)."""
 
 
@@ -99,14 +99,14 @@ class StruckChooser:
     """Chooses as another does; after a blow, once, among what reacts."""
 
     def __init__(self, chooser: Chooser, reacting: ReactingChooser) -> None:
-        self.chooser, self._reacting, self.struck = chooser, reacting, False
+        self.chooser, self._reacting, self.struck = chooser, reacting, ""
 
     def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
         """The next action (see `choice.Chooser`)."""
         if not self.struck:
             return self.chooser.choose(situation, rng)
-        self.struck = False
-        return replace(self._reacting.choose(situation, rng), note=REACTS)
+        note, self.struck = self.struck, ""
+        return replace(self._reacting.choose(situation, rng), note=note)
 
 
 class LiveFight:
@@ -360,11 +360,11 @@ class LiveFight:
             standing = self.bout.drawn(player, frame)[1][0]
             poses = state.bodies_qpos[player], state.reference_qpos[player]
             off = self._balance[player].error_m(*poses, standing) > self.settings.off_m > 0
-            if off and standing.any() and self.time >= self._calm_s[player] and self._react(player):
+            if off and standing.any() and self.time >= self._calm_s[player] and self._react(player, CATCHES):
                 self._catching.add(player)
                 self._calm_s[player] = self.time + self.settings.carry_s
 
-    def _react(self, player: int) -> bool:
+    def _react(self, player: int, note: str = REACTS) -> bool:
         """Let a fighter break off and choose among reactions; whether that is possible."""
         chooser = self._struck[player]
         frame = int(np.ceil((self.time + self.settings.react_s) * self.bout.fps))
@@ -372,7 +372,7 @@ class LiveFight:
         if chooser is None or self._pause is not None or current.request or not 2 < frame < current.end:
             return False
         self.bout.cut(player, frame)
-        chooser.struck = True
+        chooser.struck = note
         return True
 
     def _halt(self, frame: int) -> None:

@@ -12,7 +12,7 @@ from simprep.duel.fight.falls import Fall, blow_before, blows
 from simprep.duel.fight.floor_move import FloorMove, GradualMove, fit_move, move_between
 from simprep.duel.fight.getting_up import PRONE, SUPINE, lying, roll_over, way_up
 from simprep.duel.fight.hits import JudgedContact
-from simprep.duel.fight.live import DOWN, REACTS, WAITS, LiveFight, LiveSettings
+from simprep.duel.fight.live import CATCHES, DOWN, REACTS, WAITS, LiveFight, LiveSettings
 from simprep.duel.fight.modes import begin_fight
 from simprep.duel.fight.pace import AS_RECORDED, Pace, PaceSettings, pace_of
 from simprep.duel.fight.placement import place
@@ -361,12 +361,12 @@ def test_who_is_out_of_balance_breaks_off_and_what_follows_is_moved_to_the_body(
         (seed, begun(model, examples, Pushed(), 5.0, replace(settings, off_m=0.25), seed)) for seed in (1, 2, 3)
     ]
     for seed, live in breaking:
-        answers = [one for one in live.bout.actions if one.note == REACTS]
+        answers = [one for one in live.bout.actions if one.note == CATCHES]
         assert {one.player for one in answers} == {1}
         assert 3.1 <= answers[0].start / 60 <= 3.5
         assert not Label.from_code(answers[0].label).attacks
         left = begun(model, examples, Pushed(), 5.0, settings, seed)
-        assert not [one for one in left.bout.actions if one.note == REACTS]
+        assert not [one for one in left.bout.actions if one.note == CATCHES]
         # it is sooner where the body is
         frame = answers[0].start + 30
         moved = [
