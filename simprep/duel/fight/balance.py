@@ -24,9 +24,10 @@ class BalanceWatch:
         self._com: FloatArray | None = None
 
     def error_m(self, body: FloatArray, reference: FloatArray, standing: BoolArray) -> float:
-        """How far the extrapolated COM is from where the reference has its own, both against the standing feet [m].
+        """How far the extrapolated COM is from the reference's [m]: over the standing feet and in the world, the lesser of both.
 
-        Feet of the reference that stand count, both where none does. 0 at the first look.
+        Feet of the reference that stand count, both where none does. A foot that lands late is off by the first, a body that
+        stands elsewhere by the second; neither has lost its balance. 0 at the first look.
 
         Args:
             body: (nq,) pose.
@@ -41,4 +42,4 @@ class BalanceWatch:
         ahead = found.com[:, :2] + time * self._fps * (found.com - before)[:, :2]
         feet = found.xpos[:, self._character.feet, :2]
         over = ahead - (feet[:, standing] if standing.any() else feet).mean(axis=1)
-        return float(np.linalg.norm(over[0] - over[1]))
+        return float(min(np.linalg.norm(over[0] - over[1]), np.linalg.norm(ahead[0] - ahead[1])))

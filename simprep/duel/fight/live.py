@@ -58,7 +58,6 @@ class LiveSettings:
         pace: how fast the feet of an action may go; None: as fast as in its example.
         react_s: who is struck ends the own action so long after the blow [s]; 0: nobody reacts.
         off_m: so does who is so far out of balance (`balance.BalanceWatch`) [m]; 0: nobody.
-        catch: what he does then is moved to where the body is with so many times `speed` and `spin`.
         tries: attempts to roll over or get up before a fighter stays down.
     """
 
@@ -71,8 +70,7 @@ class LiveSettings:
     reach_m: float = 0.3
     pace: PaceSettings | None = field(default_factory=PaceSettings)
     react_s: float = 0.12
-    off_m: float = 0.25
-    catch: float = 3.0
+    off_m: float = 0.35
     tries: int = 6
 
 
@@ -235,7 +233,7 @@ class LiveFight:
         begun = self.bout.step()
         if begun.player in self._catching:
             self._catching.discard(begun.player)
-            first = self._carry(begun.player, self.tracker.state, self.settings.catch)
+            first = self._carry(begun.player, self.tracker.state)
             if first is not None:
                 changed[begun.player] = min(first, changed.get(begun.player, first))
         if self.made.alertness is not None:
@@ -245,7 +243,7 @@ class LiveFight:
         for player, first in changed.items():
             self._give(player, first, begun.start if player == begun.player else None)
 
-    def _carry(self, player: int, state: TrackerState, haste: float = 1.0) -> int | None:
+    def _carry(self, player: int, state: TrackerState) -> int | None:
         """Move what a fighter is going to do to where its body is; the first frame that changes, None for none."""
         move = self.offset(player, state)
         self.bout.astray[player] = None
@@ -255,7 +253,7 @@ class LiveFight:
         if frames < 2 or player in state.fallen:
             return None
         s, whole = self.settings, move
-        move = whole.beyond(s.dead_m, s.dead_rad).within(frames / self.bout.fps, haste * s.speed, haste * s.spin)
+        move = whole.beyond(s.dead_m, s.dead_rad).within(frames / self.bout.fps, s.speed, s.spin)
         self.bout.astray[player] = FloorMove(whole.shift - move.shift, whole.turn - move.turn, whole.pivot)
         if not (move.size_m or move.turn):
             return None

@@ -342,7 +342,9 @@ def test_balance_is_the_extrapolated_centre_of_mass_over_the_feet():
     watch.error_m(leaning, pose, stands)
     both = forward_kinematics(np.stack([leaning, pose]))
     over = both.com[:, :2] - both.xpos[:, humanoid().feet, :2].mean(axis=1)
-    assert watch.error_m(leaning, pose, stands) == pytest.approx(np.linalg.norm(over[0] - over[1]), rel=1e-6)
+    wanted = min(np.linalg.norm(np.diff(one, axis=0)) for one in (over, both.com[:, :2]))
+    assert watch.error_m(leaning, pose, stands) == pytest.approx(wanted, rel=1e-6)
+    assert wanted > 0.005
 
 
 def test_who_is_out_of_balance_breaks_off_and_what_follows_is_moved_to_the_body(model, examples):
@@ -358,7 +360,7 @@ def test_who_is_out_of_balance_breaks_off_and_what_follows_is_moved_to_the_body(
 
     settings = replace(QUIET, react_s=0.12, dead_m=0.0, dead_rad=0.0)
     breaking = [
-        (seed, begun(model, examples, Pushed(), 5.0, replace(settings, off_m=0.25), seed)) for seed in (1, 2, 3)
+        (seed, begun(model, examples, Pushed(), 5.0, replace(settings, off_m=0.35), seed)) for seed in (1, 2, 3)
     ]
     for seed, live in breaking:
         answers = [one for one in live.bout.actions if one.note == CATCHES]
