@@ -23,10 +23,12 @@ from experiments.cases import (
     make_approach,
     run_cases,
 )
+from simprep.controller.runtime.task import Task
 from simprep.errors import MissingExtraError, SimprepError
 from simprep.metrics.paired import paired_differences
 from simprep.motion.motion import Motion
 from simprep.report.approach_figure import plot_approach
+from simprep.report.approach_page import place_marks
 from simprep.report.figures import COLOURS
 from simprep.report.film_strip import Row, StripSettings, save_film_strip
 from simprep.report.gl import NoGlError
@@ -46,7 +48,7 @@ WITH_PEOPLE: dict[str, Any] = {
 }
 """Wider pictures, and what they say, where people are around the character."""
 REPLAY_LEGEND = (
-    "Solid is what was simulated, pale grey its reference. The ball is simulated too; bars are fixed. Opponents are shown only; nothing collides "
+    "Solid is what was simulated, pale grey its reference. Red squares on the floor are goals, brown ones sources of influence. The ball is simulated too; bars are fixed. Opponents are shown only; nothing collides "
     "with them."
 )
 COMPARISONS = (("blended", "none"), ("optimised", "none"), ("optimised", "blended"))
@@ -132,15 +134,15 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
         if motions is None:
             continue
         planned, simulated = motions
-        things = setting.things
-        props = kept_props(folder, arm, things)
+        things = (*setting.things, *place_marks(*setting.tasks))
+        props = kept_props(folder, arm, setting.things)
         case = json.loads((folder / "cases" / f"{CaseKey(0, arm).slug}.json").read_text(encoding="utf-8"))
         moments += [row["moment_s"] for row in case["rows"] if "moment_s" in row]
         replays.append(_replay(LABELS[arm], placed, simulated, planned, props))
         note = "" if simulated.duration > planned.duration - 0.1 else f"fell at {simulated.duration:.2f} s"
         launched = ", ".join(f"{at / planned.fps:.2f} s" for at in result.launches)
         label = f"{LABELS[arm]}, simulated with mpc; launch at {launched}{_told(case['rows'])}"
-        rows.append(Row(label, simulated, note or "ended", people, props))
+        rows.append(Row(label, simulated, note or "ended", people, (*props, *goal_props(setting.tasks))))
         if simulated.duration >= longest:
             longest = simulated.duration
             marks = {f"launch {number + 1}": at / planned.fps for number, at in enumerate(result.launches)}
@@ -160,6 +162,11 @@ def draw(experiment: Experiment, folder: Path) -> list[Path]:
     return files
 
 
+def goal_props(tasks: Sequence[Task]) -> tuple[Prop, ...]:
+    """Where an arm's own goals and sources of influence are: the scene of a strip is that of all its rows."""
+    return tuple(Prop(mark, np.array([mark.position]), 1.0) for mark in place_marks(*tasks))
+
+
 def _told(rows: Sequence[Mapping[str, Any]]) -> str:
     """What the targets met, for the label of a row, and when."""
     words = []
@@ -177,7 +184,8 @@ def _replay(label: str, placed: Placed, simulated: Motion, planned: Motion, prop
         *(Actor("opponent, not simulated", person, colour=COLOURS[3]) for person in placed.people),
     )
     moving = {prop.shape.name for prop in props}
-    still = tuple(thing for thing in placed.setting.things if thing.name not in moving)
+    things = (*placed.setting.things, *place_marks(*placed.setting.tasks))
+    still = tuple(thing for thing in things if thing.name not in moving)
     marks = tuple((f"launch {number + 1}", at / planned.fps) for number, at in enumerate(placed.approach.launches))
     return Replay(label, actors, still, tuple(props), marks=marks)
 

@@ -62,8 +62,17 @@ def approach_page(
     )
 
 
-def place_marks(task: Task) -> tuple[Obstacle, ...]:
-    """Goal and sources of influence as flat squares on the floor, to be drawn only."""
-    places = [("goal", *task.goal, MARK_M)]
-    places += [(f"influence {n}", *source.position, MARK_M / 2) for n, source in enumerate(task.influences)]
-    return tuple(Obstacle(name, (x, y, 0.004), (half, half, 0.004), soft=name == "goal") for name, x, y, half in places)
+def place_marks(*tasks: Task) -> tuple[Obstacle, ...]:
+    """Goals and sources of influence as flat squares on the floor, to be drawn only; those of later tasks have a number.
+
+    What moves has no mark, and who is met on the way is no place.
+    """
+    places: list[tuple[str, float, float, float]] = []
+    for number, task in enumerate(tasks):
+        own = f" of task {number + 1}" if number else ""
+        still = [one for one in task.influences if not any(one.velocity)]
+        places += [] if task.meet else [(f"goal{own}", *task.goal, MARK_M)]
+        places += [(f"influence {n}{own}", *one.position, MARK_M / 2) for n, one in enumerate(still)]
+    return tuple(
+        Obstacle(name, (x, y, 0.004), (half, half, 0.004), soft=name.startswith("goal")) for name, x, y, half in places
+    )

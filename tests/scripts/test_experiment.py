@@ -5,10 +5,11 @@ import pytest
 
 from experiments import cases as module
 from experiments.cases import ARMS, LAUNCH_METRICS, CaseKey, Experiment, build_worlds, make_approach, run_cases
-from experiments.report import summarise
+from experiments.report import goal_props, summarise
 from experiments.setting import Setting
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.task import Task
+from simprep.report.approach_page import place_marks
 from simprep.report.results import save_json
 
 
@@ -82,3 +83,24 @@ def test_finished_cases_are_not_run_again(tmp_path, monkeypatch):
     save_json(tmp_path / "cases" / f"{CaseKey(0, 'none').slug}.json", {"schema": module.CASE_SCHEMA})
     assert len(run_cases(other, 1, tmp_path)) == 3
     assert ran[-3:] == [f"seed000_{arm}" for arm in ARMS]
+
+
+def test_goals_are_marked_in_strips_where_each_arm_has_them():
+    goal, ball = (2.0, 1.0), Influence((2.5, 1.0), {"punch_right": 1.0})
+    walker = Influence((4.0, 0.0), {"punch_right": 1.0}, velocity=(-0.5, 0.0))
+    tasks = (
+        Task(goal, "punch_right", (ball,)),
+        Task((5.0, 0.0), None),
+        Task(goal, "punch_right", (walker,), meet=True),
+    )
+    marks = place_marks(*tasks)
+    assert [mark.name for mark in marks] == [
+        "goal",
+        "influence 0",
+        "goal of task 2",
+    ]  # who moves and is met has no place
+    assert [mark.position[:2] for mark in marks] == [goal, (2.5, 1.0), (5.0, 0.0)]
+    props = goal_props(tasks)
+    assert [prop.shape.name for prop in props] == [mark.name for mark in marks]
+    places, _ = props[2].at(np.array([0.0, 3.0]))
+    assert places[:, :2].tolist() == [[5.0, 0.0], [5.0, 0.0]]
