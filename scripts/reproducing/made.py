@@ -83,6 +83,10 @@ EVERYTHING = (
     Made(
         "gate", "gate", ("scripts/gate_study.py", "--cases", "walk_fast", "prepared_kick", "-o", "{out}"), "gate.json", 20,
     ),
+    Made(
+        "identified", "identified",
+        ("scripts/identified_study.py", "--controller", "balance", "--seeds", "1", "-o", "{out}"), "identified.json", 4,
+    ),
     Made("sweep", "sweep", ("scripts/sweep_study.py", "-o", "{out}"), "sweep.json", 10),
     Made(
         "posture_optimization", "posture_optimization",
