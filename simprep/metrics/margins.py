@@ -3,13 +3,15 @@
 Definitions differ between studies (Watson et al. 2021, BMC Musculoskelet Disord 22:698), so `definitions` states every choice.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 
 from simprep.arrays import BoolArray, FloatArray
 from simprep.character import SIDES
+from simprep.display import SelfShowing, data_frame
 from simprep.metrics.balance import Balance, mean
 from simprep.metrics.smoothing import ANALYSIS_HZ
 from simprep.motion.contacts import ContactSettings, stances, without_brief
@@ -52,7 +54,7 @@ class StepMargin:
 
 
 @dataclass(frozen=True)
-class Margins:
+class Margins(SelfShowing):
     """Margins of a motion.
 
     Attributes:
@@ -68,6 +70,16 @@ class Margins:
     margin: FloatArray
     stands: BoolArray
     pendulum_m: FloatArray
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(margins)` and Jupyter show."""
+        counts = ", ".join(f"{sum(one.side == side for one in self.steps)} {side}" for side in SIDES)
+        means = {key: value for key, value in step_margin_summary(self.steps).items() if np.isfinite(value)}
+        return "margins of stability", {"steps": counts, **means}
+
+    def to_dataframe(self) -> Any:
+        """The steps as a pandas DataFrame, one row each; MissingExtraError where pandas is not installed."""
+        return data_frame([asdict(one) for one in self.steps])
 
 
 def step_margins(motion: Motion, series: Balance) -> Margins:

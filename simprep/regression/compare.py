@@ -1,9 +1,12 @@
 """Compare numbers with a baseline: what moved, by more than its tolerance and by more than chance allows."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from statistics import fmean
+from typing import Any
 
+from simprep.display import SelfShowing, data_frame
 from simprep.metrics.paired import SURVIVAL
 from simprep.regression.baseline import Baseline
 from simprep.regression.chance import FEW_SEEDS, half_width, outside_of_all, share_chance, spread
@@ -50,7 +53,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(SelfShowing):
     """All metrics of all cases, and in what baseline and new numbers differ besides.
 
     Attributes:
@@ -74,6 +77,15 @@ class Comparison:
     def changes(self) -> tuple[Row, ...]:
         """Rows that are not the same."""
         return tuple(row for row in self.rows if row.verdict != SAME)
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(comparison)` and Jupyter show."""
+        counts = Counter(row.verdict for row in self.rows)
+        return "failed" if self.failures else "passed", {"numbers": len(self.rows), **counts}
+
+    def to_dataframe(self) -> Any:
+        """The rows as a pandas DataFrame, one for each metric of a case; MissingExtraError where pandas is not installed."""
+        return data_frame([asdict(row) for row in self.rows])
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,13 @@
 """How hard a push a tracked motion survives: the largest force by direction, found by bisection."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 import numpy as np
 
+from simprep.display import SelfShowing, data_frame
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.edit import cut, yaw
 from simprep.motion.motion import Motion
@@ -53,7 +54,7 @@ class PushSettings:
 
 
 @dataclass(frozen=True)
-class PushLimits:
+class PushLimits(SelfShowing):
     """The largest pushes survived.
 
     Attributes:
@@ -79,6 +80,16 @@ class PushLimits:
             "high_n": [max(forces) for forces in self.force_n],
             "at_least": [max(forces) == self.settings.largest_n for forces in self.force_n],
         }
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(limits)` and Jupyter show."""
+        rows = zip(*self.by_direction().values())
+        shown = {f"{angle:g}° [N]": f"{m:.0f} ({low:.0f} to {high:.0f})" for angle, m, low, high, _ in rows}
+        return "largest push survived", shown
+
+    def to_dataframe(self) -> Any:
+        """`by_direction` as a pandas DataFrame, one row a direction; MissingExtraError where pandas is not installed."""
+        return data_frame(self.by_direction())
 
 
 def largest_survived(survives: Callable[[float], bool], largest: float, tolerance: float) -> float:

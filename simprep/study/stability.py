@@ -3,9 +3,11 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from functools import partial
+from typing import Any
 
 import numpy as np
 
+from simprep.display import SelfShowing, data_frame
 from simprep.motion.motion import Motion
 from simprep.physics.run import DONE, Run
 from simprep.physics.settings import SimulationSettings
@@ -66,7 +68,7 @@ class MeasureLimits:
 
 
 @dataclass(frozen=True)
-class Stability:
+class Stability(SelfShowing):
     """The result of `stability`.
 
     Attributes:
@@ -84,6 +86,27 @@ class Stability:
     def doses(self) -> dict[str, float]:
         """Every limit by the key of results (`MeasureLimits.dose`)."""
         return {key: value for one in self.measured for key, value in one.dose().items()}
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(result)` and Jupyter show."""
+        return "largest disturbances survived", {**self.doses(), "runs": self.runs}
+
+    def to_dataframe(self) -> Any:
+        """Every seed's limit as a pandas DataFrame: measure, direction, seed, dose survived, dose not survived.
+
+        Raises:
+            MissingExtraError: pandas is not installed.
+        """
+        rows = [
+            {
+                "measure": one.name, "direction_deg": direction, "seed": seed, "survived": limit.survived,
+                "failed": limit.failed, "monotone": limit.monotone,
+            }
+            for one in self.measured
+            for direction, limits in zip(one.directions_deg or (None,), one.limits)
+            for seed, limit in zip(one.seeds, limits)
+        ]  # fmt: skip
+        return data_frame(rows)
 
     @property
     def falls_undisturbed(self) -> bool:

@@ -12,8 +12,14 @@ from rich.table import Table
 from simprep import evaluate_run, humanoid, library_motion, track
 from simprep.display import fact_table, table_html
 from simprep.duel.stream.stream import DuelStream
-from simprep.errors import MissingExtraError
-from simprep.motion.edit import move
+from simprep.errors import MissingExtraError, MotionError
+from simprep.metrics.balance import balance
+from simprep.metrics.margins import step_margins
+from simprep.motion.edit import move, repeat
+from simprep.regression.compare import Comparison, Row
+from simprep.study.bisection import DoseLimit
+from simprep.study.push_limits import PushLimits, PushSettings
+from simprep.study.stability import MeasureLimits, Stability
 
 
 @pytest.fixture(scope="module")
@@ -125,3 +131,39 @@ def test_without_pandas_the_extra_is_named(motion, monkeypatch):
     monkeypatch.setattr(builtins, "__import__", without)
     with pytest.raises(MissingExtraError, match=r"simprep\[pandas\]"):
         motion.to_dataframe()
+
+
+def results():
+    """A result of each kind that has no simulation in it, what its table tells, and the rows of its data frame."""
+    settings = PushSettings(0.5, (0.0, 90.0), seeds=(0, 1))
+    limit = DoseLimit((1.0, 0.5), (True, False), 0.75, 0.5)
+    row = Row("walk", "mpjpe_mm", 20.0, 23.0, 18.0, 22.0, "worse", (1, 1))
+    walk = repeat(library_motion("walk"), 2)
+    margins = step_margins(walk, balance(walk))
+    return [
+        (PushLimits(settings, ((100.0, 120.0), (80.0, 90.0)), (False, False), 2.0, 130.0), "110 (100 to 120)", 2),
+        (Stability((MeasureLimits("friction", (0, 1), ((limit, limit),)),), runs=5), "dose_friction", 2),
+        (Comparison((row,)), "failed", 1),
+        (margins, "step_margin_ml_left_mm", len(margins.steps)),
+    ]
+
+
+def test_results_of_studies_show_themselves_and_are_data_frames():
+    pytest.importorskip("pandas")
+    for value, told, rows in results():
+        assert told in printed(value)
+        assert told in value._repr_html_()
+        assert len(value.to_dataframe()) == rows
+    limits, stable, compared, _ = (value for value, _, _ in results())
+    assert limits.to_dataframe()["max_force_n"].tolist() == [110.0, 85.0]
+    assert stable.to_dataframe()["survived"].tolist() == [0.75, 0.75]
+    assert compared.to_dataframe()["now"].tolist() == [23.0]
+
+
+def test_a_stream_is_sliced_as_a_motion(motion):
+    stream = DuelStream((motion, move(motion, (1.0, 0.0), np.pi)), seams=(6,), clips=("one", "two"))
+    part = stream[4:-2]
+    assert (len(part), part.seams, part.clips) == (6, (2,), ("one", "two"))
+    assert stream[:6].clips == ("one",)
+    with pytest.raises(MotionError, match="valid: frames a:b"):
+        stream[::2]

@@ -75,6 +75,17 @@ class DuelStream(SelfShowing):
     def __len__(self) -> int:
         return len(self.players[0])
 
+    def __getitem__(self, frames: slice) -> "DuelStream":
+        """Frames `stream[10:50]` of both people, with the seams inside.
+
+        Raises:
+            MotionError: a step other than 1, or no frame left.
+        """
+        if not isinstance(frames, slice) or frames.step not in (None, 1):
+            raise MotionError(f"{self.name}: {frames!r}; valid: frames a:b")
+        first, after, _ = frames.indices(len(self))
+        return self.part(first, after)
+
     @property
     def fps(self) -> float:
         """Frames per second [1/s]."""
