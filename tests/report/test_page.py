@@ -166,7 +166,8 @@ def test_things_contacts_and_events_appear_in_time(run):
     texts = [
         (t, m["updates"]["text"]) for t, m in told if m["type"] == "SceneNodeUpdateMessage" and "text" in m["updates"]
     ]
-    assert [text for _, text in texts] == ["a/b: fell"]
+    assert [text for _, text in texts] == ["a/b", "a/b: fell"]
+    assert texts[0][0] == 0.0  # so that it is true again when the replay begins anew
     assert {m.get("name") for _, m in told} >= {"/world/gate_0", "/world/a b/simulated/pelvis"}
 
 

@@ -159,17 +159,17 @@ class _Com:
         self._com = np.round(com, 3)
         self._handle = scene.add_frame(name, show_axes=False)
         scene.add_icosphere(f"{name}/on_floor", radius=0.025, color=COM)
-        self._label = scene.add_label(f"{name}/label", actor.label, position=(0.0, 0.0, LABEL_M))
-        self._end, self._note = actor.motion.duration, actor.end_note
-        self._times = times
+        self._label = scene.add_label(f"{name}/label", "", position=(0.0, 0.0, LABEL_M))
+        self._end, self._times = actor.motion.duration, times
+        self._text, self._at_end = actor.label, f"{actor.label}: {actor.end_note}" if actor.end_note else actor.label
 
     def show(self, frame: int) -> None:
         x, y, _ = self._com[frame]
         self._handle.position = (float(x), float(y), LIFT_M)
         step_s = self._times[1] if len(self._times) > 1 else 0.0
-        if self._note and self._times[frame] > self._end - step_s:
-            self._label.text = f"{self._label.text}: {self._note}"
-            self._note = ""
+        text = self._at_end if self._times[frame] > self._end - step_s else self._text
+        if self._label.text != text:  # in the first frame too, as a replay begins anew after its end
+            self._label.text = text
 
 
 class _Force:
