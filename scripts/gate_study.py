@@ -113,6 +113,10 @@ def golden(fault: Fault) -> dict[str, Case]:
     }
 
 
+def _shown(value: float | None) -> str:
+    return "nothing" if value is None else f"{value:.4g}"  # a metric that only one side has
+
+
 def markdown(content: dict[str, Any], baseline: Baseline) -> str:
     layers = content["checks"]
     lines = [
@@ -137,7 +141,7 @@ def markdown(content: dict[str, Any], baseline: Baseline) -> str:
         f"{content['reruns']} re-runs with {content['rerun_seeds']} other seeds and no fault: {len(alarms)} alarms.",
     ]
     lines += [
-        f"- re-run {one['rerun']}: {one['case']}, {one['metric']}, {one['before']:.4g} to {one['now']:.4g}"
+        f"- re-run {one['rerun']}: {one['case']}, {one['metric']}, {_shown(one['before'])} to {_shown(one['now'])}"
         for one in alarms
     ]
     return "\n".join(lines) + "\n"
