@@ -19,6 +19,7 @@ REGRESSIONS = (WORSE, MOVED, GONE)
 """Verdicts that fail a check. `moved`: no direction is known to be the better one; `gone`: there is no number any more."""
 SUCCESS = "success"
 LEAST_SUCCESSES = 2
+LEAST_VALUES = 2
 
 
 @dataclass(frozen=True)
@@ -90,12 +91,25 @@ class Comparison(SelfShowing):
 
 @dataclass(frozen=True)
 class _Pair:
-    """Values of a metric on both sides, without those that do not exist."""
+    """Values of a metric on both sides, without those that do not exist, and how many runs could have had one."""
 
     case: str
     metric: str
     before: tuple[float, ...]
     now: tuple[float, ...]
+    runs: tuple[int, int]
+
+    @property
+    def sometimes(self) -> bool:
+        """Whether only some of the baseline's runs have it, such as the margin of a step that not every seed makes."""
+        return len(self.before) < self.runs[0]
+
+    def missing_by_chance(self, chance: float) -> bool:
+        """Whether other seeds alone explain how few runs have it now, or it has too few values to tell."""
+        having = [
+            (1.0,) * len(one) + (0.0,) * (runs - len(one)) for one, runs in zip((self.before, self.now), self.runs)
+        ]
+        return self.sometimes and (not having[1] or share_chance(having[0], having[1]) >= chance)
 
     @property
     def is_share(self) -> bool:
@@ -153,7 +167,11 @@ def _pairs(now: Mapping[str, Case], before: Mapping[str, Case]) -> Iterator[_Pai
             chosen = of_successes and own_name(metric) not in SURVIVAL
             values = [_known(one, metric, keep if chosen else ()) for one, keep in zip((case, other), judged)]
             if values[0]:
-                yield _Pair(name, metric, values[0], values[1])
+                runs = [
+                    sum(keep) if chosen else len(one.metrics.get(metric, ()))
+                    for one, keep in zip((case, other), judged)
+                ]
+                yield _Pair(name, metric, values[0], values[1], (runs[0], runs[1] or len(other.seeds)))
 
 
 def _successes(case: Case) -> tuple[bool, ...]:
@@ -170,8 +188,11 @@ def _judged(pair: _Pair, baseline: Baseline, chance: float) -> Row:
     before = _mean(pair.before)
     seeds = len(pair.before), len(pair.now)
     if not pair.now:
-        return Row(pair.case, pair.metric, before, None, None, None, GONE, seeds)
+        verdict = SAME if pair.missing_by_chance(chance) else GONE
+        return Row(pair.case, pair.metric, before, None, None, None, verdict, seeds)
     now = _mean(pair.now)
+    if pair.sometimes and min(seeds) < LEAST_VALUES:  # one value of many runs has no spread to be judged by
+        return Row(pair.case, pair.metric, before, now, None, None, SAME, seeds)
     allowed = tolerance_of(pair.case, pair.metric, baseline.tolerances).allowed(before)
     if pair.is_share and pair.by_chance:
         moved = abs(now - before) > allowed and share_chance(pair.before, pair.now) < chance

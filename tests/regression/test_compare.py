@@ -79,6 +79,23 @@ def test_few_seeds_alarm_only_far_outside_of_the_baseline():
     assert "fewer than 5 values" in found.notes[0]
 
 
+def test_a_metric_that_only_some_seeds_have_is_gone_only_if_chance_does_not_explain_it():
+    def of(values):
+        return here(cases_of([("walk", seed, {"margin_mm": value}) for seed, value in enumerate(values)]))
+
+    def verdict(before, now):
+        (row,) = compare(of(now), new_baseline(of(before), "first")).rows
+        return row.verdict
+
+    one_of_eight = [270.0] + [None] * 7
+    assert verdict(one_of_eight, [None] * 5) == "same"
+    assert verdict(one_of_eight, [None, 300.0, None, None, None]) == "same"
+    assert verdict([270.0] * 19 + [None], [None] * 20) == "gone"
+    assert verdict([270.0] * 8, [None] * 8) == "gone"
+    many = [270.0 + 0.1 * number for number in range(10)] + [None] * 2
+    assert verdict(many, [value and value + 100.0 for value in many]) == "moved"
+
+
 def test_a_failure_says_what_differs_besides():
     baseline = new_baseline(one(mpjpe_mm=20.0), "first")
     told = as_text(compare(one(mpjpe_mm=30.0), baseline), baseline)
