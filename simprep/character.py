@@ -41,7 +41,8 @@ def parent_role(role: str) -> str:
 Frame = tuple[str, tuple[float, float, float], tuple[float, float, float, float]]
 """A segment, and a place [m] and an orientation (wxyz) in its frame."""
 NEEDED_ROLES = ("pelvis", *(f"{side}_{part}" for side in SIDES for part in ("thigh", "shank", "foot")))
-
+SPEED_SHARE = 0.95
+"""Share of a joint's largest speed that imports and motors use: a drive's limiter acts below what the drive can stand."""
 
 _FRAME = "_frame"
 

@@ -2,6 +2,7 @@
 
 import pickle
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import mujoco
@@ -169,36 +170,47 @@ def test_it_walks_within_its_limits(robot: simprep.Character, walk: Motion) -> N
     assert run.end == "done"
     assert run.assist.force_n == 0
     assert (np.abs(run.torque) <= run.torque_limit + 1e-9).all()
-    assert metrics["peak_speed_share"] < 1.1
+    assert metrics["peak_speed_share"] < 1
     assert metrics["mpjpe_mm"] < 80
 
 
-def test_motors_stop_at_their_largest_speed(tmp_path: Path) -> None:
-    """A step of 2 rad in a target: the elbow swings at its limit, not beyond."""
+class Jump:
+    """Servo targets that jump away from the first pose by some angles [rad]."""
+
+    name = "jump"
+
+    def __init__(self, task: simprep.ControlTask, change: dict[int, float]) -> None:
+        self.targets = task.references[0].qpos[0, 7:].copy()
+        for joint, angle in change.items():
+            self.targets[joint] += angle
+
+    def target(self, step: int, data: mujoco.MjData) -> np.ndarray:
+        return self.targets
+
+    def settings(self) -> dict[str, object]:
+        return {}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"left_elbow": -2.0},
+        {"left_hip_pitch": -2.0, "left_knee": 2.0},
+        {"left_shoulder_pitch": -2.0, "left_shoulder_roll": 2.0, "left_elbow": -2.0, "waist": 2.0},
+    ],
+)
+def test_motors_stop_at_their_largest_speed(tmp_path: Path, change: dict[str, float]) -> None:
+    """Targets jump by 2 rad: the joints turn as fast as they may, not faster, also where one swings the other."""
     peaks = []
     for limit in (100.0, 6.0):
         toml = toml_of() + f"[[drive]]\njoints = ['*']\nvelocity = {limit}\n"
         robot = load_robot(write_robot(tmp_path, robot_xml(), toml))
         motion = Motion(np.tile(robot.standing_qpos, (15, 1)), 30.0, np.ones((15, 2), bool), character=robot)
-        elbow = robot.joint("left_elbow")
-
-        class Jump:
-            name = "jump"
-
-            def __init__(self, task: simprep.ControlTask, still: Motion = motion, joint: int = elbow) -> None:
-                self.targets = still.qpos[0, 7:].copy()
-                self.targets[joint] -= 2.0
-
-            def target(self, step: int, data: mujoco.MjData) -> np.ndarray:
-                return self.targets
-
-            def settings(self) -> dict[str, object]:
-                return {}
-
-        run = simprep.track(motion, controller=Jump)
-        peaks.append(np.abs(run.qvel[:, 6 + elbow]).max())
+        angles = {robot.joint(name): angle for name, angle in change.items()}
+        run = simprep.track(motion, controller=partial(Jump, change=angles))
+        peaks.append(np.abs(run.qvel[:, 6:]).max())
     assert peaks[0] > 9
-    assert peaks[1] == pytest.approx(6.0, abs=0.3)
+    assert 5.4 < peaks[1] <= 6.0
 
 
 def test_a_motion_goes_there_and_back(robot: simprep.Character, walk: Motion) -> None:
