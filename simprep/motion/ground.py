@@ -12,10 +12,10 @@ from simprep.motion.contacts import contacts_of_points, stances, without_brief
 from simprep.motion.foot_passage import place_feet
 from simprep.motion.footholds import FootPoses, sole_points
 from simprep.motion.kinematics import forward_kinematics
-from simprep.motion.retarget import RetargetSettings, solve
-from simprep.motion.self_contact import arms_apart
+from simprep.motion.retarget import RetargetSettings, Solution, solve
+from simprep.motion.robot_ik import at_full_speed, solve_robot
+from simprep.motion.self_contact import own_overlap
 from simprep.motion.set_down import set_down
-from simprep.motion.speed_limits import within_speed_limits
 from simprep.motion.targets import ORIENTED, UPRIGHT, Targets, unit
 
 ANKLES = (ROLES.index("left_foot"), ROLES.index("right_foot"))
@@ -108,22 +108,20 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
         before = min(n, round(PREROLL_S * whole.fps))
         keep = slice(n - before, 2 * n)
         part = replace(whole, positions=whole.positions[keep], orientations=whole.orientations[keep])
-        solution = solve(part, standing[keep], character, settings)
+        solution = _solved(part, standing[keep], character, settings)
         qpos, unsettled = solution.qpos[before:], solution.unsettled[before:]
         contacts, standing = contacts[n : 2 * n], standing[n : 2 * n]
         qpos[:, :3] -= step
     else:
-        solution = solve(whole, standing, character, settings)
+        solution = _solved(whole, standing, character, settings)
         qpos, unsettled = solution.qpos, solution.unsettled
     if character.origin:  # a robot; a person's arms may brush the trunk
-        qpos, deep, left = arms_apart(qpos, whole.fps, character, step is not None)
+        deep = own_overlap(qpos, character)
         if deep.max(initial=0.0) > OVERLAPPING:
-            warnings.append(
-                f"the body was up to {1e3 * deep.max():.0f} mm in itself: arms moved out, {1e3 * left.max():.0f} mm are left"
-            )
-    qpos, slowed = within_speed_limits(qpos, whole.fps, character, step is not None)
-    if slowed:
-        warnings.append(f"faster than the body's joints can turn, so slowed: {', '.join(slowed)}")
+            warnings.append(f"the body is up to {1e3 * deep.max():.0f} mm in itself (frame {int(deep.argmax())})")
+        slowed = at_full_speed(qpos, whole.fps, character)
+        if slowed:
+            warnings.append(f"faster than the body's joints can turn, so slowed: {', '.join(slowed)}")
     lowered = set_down(qpos, whole.fps, character, step is not None)
     if lowered.max(initial=0.0) > HOVERING:
         warnings.append(f"the body hovered over the floor by up to {lowered.max():.2f} m without falling: set down")
@@ -132,6 +130,13 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
     shown = forward_kinematics(qpos, character).foot_points[..., 2].min(axis=-1)
     contacts &= standing | (shown < TOUCHING)
     return Placed(qpos, contacts, unsettled, tuple(warnings))
+
+
+def _solved(
+    targets: Targets, standing: BoolArray, character: Character, settings: RetargetSettings | None
+) -> Solution:
+    """Poses on the targets: of a robot within all its limits, of other bodies within their ranges and over the floor."""
+    return (solve_robot if character.origin else solve)(targets, standing, character, settings)
 
 
 def _three_cycles(targets: Targets, step: FloatArray) -> Targets:
