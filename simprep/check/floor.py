@@ -112,12 +112,16 @@ def skating(subject: Subject) -> tuple[Finding, Finding]:
 
 
 def footing(subject: Subject) -> Finding:
-    """Median speed of the stillest point of both soles while one is on the floor: does the body stand on anything."""
+    """Median speed of the stillest point of both soles while one is on the floor: does the body stand on anything.
+
+    What rolls, crawls or lies stands on something else, and is not judged then.
+    """
     points = subject.kinematics.foot_points.reshape(len(subject.motion), -1, 3)
     speed = np.linalg.norm(np.diff(points[..., :2], axis=0), axis=-1) * subject.fps
     height = np.maximum(points[1:, :, 2], points[:-1, :, 2])
     near = height < np.maximum(height.min(axis=1), 0.0)[:, None] + FOOTING_NEAR_M
-    on_floor = np.abs(subject.clearance[1:]) < FOOTING_NEAR_M
+    on_floor = (np.abs(subject.clearance[1:]) < FOOTING_NEAR_M) & (height.min(axis=1) < FOOTING_NEAR_M)
+    on_floor &= subject.clearance_of_others[1:] > FOOTING_NEAR_M
     stillest = np.where(near, speed, np.inf).min(axis=1)
     known = on_floor & np.isfinite(stillest)
     value = float(np.median(stillest[known])) if known.any() else float("nan")

@@ -6,6 +6,7 @@ from simprep.arrays import FloatArray
 from simprep.check.finding import Finding, graded
 from simprep.check.subject import Subject
 from simprep.humanoid_model import GRAVITY
+from simprep.motion.rotations import multiply_quat
 from simprep.physics.inverse_dynamics import needed_torques
 from simprep.physics.reference import make_reference
 
@@ -38,9 +39,14 @@ def joint_range(subject: Subject) -> Finding:
 
 
 def joint_velocity(subject: Subject) -> Finding:
-    """The largest joint velocity between two frames, as a multiple of the joint's limit."""
+    """The largest joint velocity between two frames, as a multiple of the joint's limit.
+
+    Where the character states limits, every hinge is a motor and is judged by itself. Where it states none, hinges that
+    move the same segment are one joint, as in a person: an arm may turn half around in coordinates and hardly move.
+    """
     limits, stated = velocity_limits(subject)
-    speed = np.abs(np.diff(subject.motion.qpos[:, 7:], axis=0)) * subject.fps
+    hinges = np.abs(np.diff(subject.motion.qpos[:, 7:], axis=0)) * subject.fps
+    speed = hinges if stated else np.minimum(hinges, _segment_speed(subject))
     share = speed / limits
     frame, joint = np.unravel_index(int(np.argmax(share)), share.shape)
     fast = int((share > 1).any(axis=1).sum())
@@ -50,6 +56,17 @@ def joint_velocity(subject: Subject) -> Finding:
         subject.character.joints[joint],
         f"{speed[frame, joint]:.0f} rad/s" + (f", too fast in {fast} frames" if fast else "") + f"; {source}",
     )  # fmt: skip
+
+
+def _segment_speed(subject: Subject) -> FloatArray:
+    """Speed (T - 1, J) at which the segment of each hinge turns against the one that carries it [rad/s]."""
+    model, quat = subject.character.model, subject.kinematics.xquat  # of every segment: model bodies from 1
+    own = model.jnt_bodyid[1:]
+    carrier = model.body_parentid[own]
+    relative = multiply_quat(quat[:, carrier - 1] * [1.0, -1.0, -1.0, -1.0], quat[:, own - 1])
+    turn = multiply_quat(relative[:-1] * [1.0, -1.0, -1.0, -1.0], relative[1:])
+    angle = 2 * np.arctan2(np.linalg.norm(turn[..., 1:], axis=-1), np.abs(turn[..., 0]))
+    return np.asarray(angle * subject.fps)
 
 
 def velocity_limits(subject: Subject) -> tuple[FloatArray, bool]:

@@ -56,7 +56,16 @@ class Subject:
     @cached_property
     def clearance(self) -> FloatArray:
         """Height (T,) of the lowest point of the body above the floor [m]; negative in the floor."""
-        return np.asarray(body_clearance(self.motion.qpos, self.character).min(axis=1))
+        return np.asarray(self._clearances.min(axis=1))
+
+    @cached_property
+    def clearance_of_others(self) -> FloatArray:
+        """The same (T,) of all segments but the feet [m]."""
+        return np.asarray(np.delete(self._clearances, self.character.feet, axis=1).min(axis=1))
+
+    @cached_property
+    def _clearances(self) -> FloatArray:
+        return body_clearance(self.motion.qpos, self.character)
 
     @cached_property
     def standing(self) -> BoolArray:

@@ -132,9 +132,7 @@ def place_on_floor(targets: Targets, character: Character, settings: RetargetSet
     return Placed(qpos, contacts, unsettled, tuple(warnings))
 
 
-def _solved(
-    targets: Targets, standing: BoolArray, character: Character, settings: RetargetSettings | None
-) -> Solution:
+def _solved(targets: Targets, standing: BoolArray, character: Character, settings: RetargetSettings | None) -> Solution:
     """Poses on the targets: of a robot within all its limits, of other bodies within their ranges and over the floor."""
     return (solve_robot if character.origin else solve)(targets, standing, character, settings)
 

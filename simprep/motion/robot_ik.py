@@ -19,6 +19,7 @@ from simprep.motion.retarget import RetargetSettings, Solution, Weights
 from simprep.motion.retarget_problem import PLACE, TURN
 from simprep.motion.self_contact import collision_model
 from simprep.motion.targets import ORIENTED, Targets
+
 _ANY = 2**20  # a collision bit that all geoms get
 
 

@@ -31,7 +31,9 @@ class SpeedGuard:
         self._limited = [body for body in bodies if body.character.velocity_limits]
         self._dofs = [body.qvel.start + body.joint_qvel for body in self._limited]
         self._torque = [model.actuator_forcerange[body.controls, 1] for body in self._limited]
-        self._most = [SPEED_SHARE * np.array(body.character.velocity_limits)[body.joint_qvel - 6] for body in self._limited]
+        self._most = [
+            SPEED_SHARE * np.array(body.character.velocity_limits)[body.joint_qvel - 6] for body in self._limited
+        ]
 
     def limit(self, targets: FloatArray, data: mujoco.MjData) -> FloatArray:
         """Servo targets (controls,) of all bodies, changed where joints would pass their largest speed [rad].
@@ -69,7 +71,9 @@ class SpeedGuard:
             data: the state.
             acceleration: (nv,) in the last step, by all that acts but what the motors change [rad/s^2].
             dofs: (joints,) entries of the joints in it.
-            wanted: (joints,) torques [N m], torque: (joints,) largest ones [N m], most: (joints,) largest speeds [rad/s].
+            wanted: (joints,) torques [N m].
+            torque: (joints,) largest ones [N m].
+            most: (joints,) largest speeds [rad/s].
         """
         model, dt, speed = self._model, self._dt, data.qvel[dofs]
         change = np.zeros((1, model.nv))

@@ -57,3 +57,15 @@ def test_faults_are_found(name: str, data_dir: Path, robot: Character) -> None:
     fault = next(one for one in FAULTS if one.name == name)
     raised = check_motion(fault.apply(karate(data_dir, robot, "M_ShortMove12"))).raised
     assert set(raised) & set(fault.raised), raised
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "bandai-namco/dash_tired_001.bvh", "bandai-namco/walk-left_normal_001.bvh", "cmu/asfamc/02_04.amc",
+        "cmu/bvh/006_10.bvh", "deepmimic/humanoid3d_run.txt",
+    ],
+)  # fmt: skip
+def test_people_moved_onto_it_raise_nothing(name: str, data_dir: Path, robot: Character) -> None:
+    """No threshold was looked at on a person's clip that was moved onto a robot."""
+    assert check_motion(import_motion(data_dir / name, character=robot).motion).raised == ()
