@@ -12,6 +12,9 @@ kickboxing stream, 16 minutes, as `simprep duel analyse` does by default, withou
 `feedback_s_per_s` (the same of a fight that is simulated while it is drawn, drawing and posture optimisation included),
 `mpc_overhead_share` and `planner_overhead_share` (share of it spent outside MuJoCo, of all and of the planner) and `peak_rss_mb`.
 
+`--import-bvh-minutes 10` measures one thing only: a synthetic BVH file of so many minutes at 120 Hz is written and imported in a process
+of its own with one thread. It prints `frames`, `import_fps` (by the processor time of the first and only call) and `peak_rss_mb`.
+
 Seconds say little of another machine. So all of it is also stated in yardsticks: the time that 100 000 steps of
 `simprep/physics/yardstick.xml` take here and now, in a batch of 28 on 2 threads (`yardstick_s`). Costs are multiples of it,
 `analysis_yardsticks`, `mpc_yardsticks`, `live_yardsticks`, `pair_yardsticks` and `feedback_yardsticks` (per second of motion). Rates are amounts in that time: `fight_fps` becomes
@@ -27,7 +30,9 @@ import json
 import resource
 import sys
 import tempfile
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 from time import process_time
 
@@ -152,6 +157,28 @@ def import_rate(file: Path | None) -> float:
         return best_rate(lambda: float(len(load_motion(path))), repeats=2)
 
 
+def long_import(minutes: float, fps: float = 120.0) -> dict[str, float]:
+    """Speed and peak memory of importing a synthetic BVH file of so many minutes, alone in a process."""
+    frames = round(60 * minutes * fps)
+    with tempfile.TemporaryDirectory() as folder, ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        path = Path(folder) / "long.bvh"
+        path.write_text(synthetic_bvh(frames, fps), encoding="utf-8")
+        seconds, peak_mb = pool.submit(_imported, path).result()
+    return {"frames": frames, "import_fps": frames / seconds, "peak_rss_mb": peak_mb}
+
+
+def _imported(path: Path) -> tuple[float, float]:
+    """Processor time [s] of importing a file, and this process's peak memory [MB]."""
+    begin = process_time()
+    load_motion(path)
+    return process_time() - begin, peak_rss_mb()
+
+
+def peak_rss_mb() -> float:
+    """Peak memory of this process [MB]."""
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024**2 if sys.platform == "darwin" else 1024)
+
+
 def runtime_rate(optimise: bool) -> float:
     """Frames per second of approaches under the policy, planning included, on one core."""
     goals = [(2.0, 0.3), (2.5, -0.6), (1.6, 0.0)]
@@ -231,9 +258,15 @@ def measure(file: Path | None) -> dict[str, float]:
     numbers |= {"yardstick_s": yardstick_s, **in_yardsticks(numbers, yardstick_s)}
     numbers["mpc_overhead_share"] = run.overhead_share
     numbers["planner_overhead_share"] = 1 - planners[0].simulation_s / planners[0].total_s
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    numbers["peak_rss_mb"] = peak / (1024**2 if sys.platform == "darwin" else 1024)
+    numbers["peak_rss_mb"] = peak_rss_mb()
     return numbers
+
+
+def _minutes(text: str) -> float:
+    minutes = float(text)
+    if not 0 < minutes <= 60:
+        raise argparse.ArgumentTypeError(f"{text} minutes; valid: above 0, at most 60")
+    return minutes
 
 
 def main() -> None:
@@ -241,8 +274,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true", help="one JSON object on stdout")
     parser.add_argument("--file", type=Path, help="motion file for import_fps; default: a synthetic BVH file")
+    parser.add_argument(
+        "--import-bvh-minutes",
+        type=_minutes,
+        metavar="MINUTES",
+        help="import a synthetic BVH file that long at 120 Hz; only that",
+    )
     arguments = parser.parse_args()
-    numbers = {name: float(f"{value:.4g}") for name, value in measure(arguments.file).items()}
+    minutes = arguments.import_bvh_minutes
+    found = measure(arguments.file) if minutes is None else long_import(minutes)
+    numbers = {name: float(f"{value:.4g}") for name, value in found.items()}
     if arguments.json:
         print(json.dumps(numbers))
     else:
