@@ -160,7 +160,7 @@ def stability(
         settings: what is measured. An UnknownNameError says so if the controller lacks a measure.
         controller: `pd`, `balance` or `mpc`.
         simulation: as of `simprep.track`; its own disturbances stay, and are where a scan begins.
-        on_progress: called with what is being searched, how many searches are finished, and how many there are.
+        on_progress: called before every simulation with what is tried, how many searches are finished, and how many there are.
         on_run: called with every run but those without a push, where pushes are searched for.
     """
     settings, simulation = settings or StabilitySettings(), simulation or SimulationSettings()
@@ -208,6 +208,7 @@ class _Search:
         def survives(seed: int, direction: float, force: float) -> bool:
             key = (seed, direction if force else 0.0, force)  # no push has no direction
             if key not in known:
+                self._report(f"{name}, {direction:g} degrees, seed {seed}: {force:g} N")
                 self.runs += 1
                 known[key] = trial.completes(*key)
             return known[key]
@@ -216,7 +217,6 @@ class _Search:
         for direction in settings.directions_deg:
             row = []
             for seed in seeds:
-                self._report(f"{name}, {direction:g} degrees, seed {seed}")
                 row.append(first_failure(partial(survives, seed, direction), PUSH_LEVELS_N, settings.halvings))
                 self._finished += 1
             rows.append(tuple(row))
@@ -227,7 +227,6 @@ class _Search:
         dose, limits = DOSES[name], []
         levels = dose.levels(self._simulation)
         for seed in seeds:
-            self._report(f"{name}, seed {seed}")
             known: dict[float, bool] = {}
             survives = partial(self._survives, name, seed, known, levels)
             limits.append(_whole_numbers(first_failure(survives, levels, self._settings.halvings), dose.whole))
@@ -240,6 +239,7 @@ class _Search:
         dose = DOSES[name]
         exact = float(round(value)) if dose.whole else value
         if exact not in known:
+            self._report(f"{name}, seed {seed}: {exact:g}")
             run = (
                 self._run_undisturbed(seed)
                 if value == levels[0]

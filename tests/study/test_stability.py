@@ -98,6 +98,18 @@ def test_every_measure_finds_its_limit(fake):
     json.dumps(content, allow_nan=False)
 
 
+def test_every_simulation_is_told_before_it_begins(fake):
+    told = []
+    track = fake(rule)
+    settings = StabilitySettings(("push_launch", "friction"), directions_deg=(0.0,), seeds=(3,), halvings=1)
+    stability(
+        standing(target=60), settings, "mpc", on_progress=lambda what, done, total: told.append((what, done, total))
+    )
+    assert len(told) == len(track.calls)
+    assert told[0] == ("push_launch, 0 degrees, seed 3: 0 N", 0, 2)
+    assert any(what.startswith("friction, seed 3: 0.") and done == 1 for what, done, _ in told)
+
+
 def test_what_has_no_random_numbers_is_run_once_and_lacks_what_mpc_has(fake):
     runs = fake(lambda settings, seed, force: settings.mismatch.noise < 3)
     result = stability(standing(), StabilitySettings(("friction", "noise"), seeds=(4, 5)), "balance")
