@@ -72,8 +72,9 @@ def balance_tasks(
     if extra and step >= extra.end:
         extra = None
     steady = extra is None and goal.lifted_in[step].min() > s.extra_soon
-    if steady and both_stand(goal.segment, body.feet, low, planned):
-        out_of_reach = lacking(astray, goal.plan.pressure[step], points[low & planned, :2])
+    standing = low & planned
+    if steady and standing.any() and both_stand(goal.segment, body.feet, low, planned):
+        out_of_reach = lacking(astray, goal.plan.pressure[step], points[standing, :2])
         if out_of_reach > s.extra_lacking:
             side = foot_to_move(astray, data.xpos[[root + foot for foot in body.feet], :2])
             extra = ExtraStep(side, step, step + round(s.extra_s * reference.motion.fps))

@@ -12,6 +12,7 @@ from simprep.humanoid_model import GRAVITY, humanoid
 from simprep.motion.edit import cut, repeat
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
+from simprep.motion.transfer import onto
 from simprep.physics.balance import BalanceController
 from simprep.physics.balance_goals import BalanceSettings, balance_reference
 from simprep.physics.balance_preview import ComPlan
@@ -22,7 +23,9 @@ from simprep.physics.pushes import Push
 from simprep.physics.reference import make_reference
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import simulate, track
+from simprep.preparation.scenario import scenario
 from simprep.primitive_robot import primitive_robot
+from simprep.study.plan import QUICK_PROFILE
 
 
 def standing(seconds: float, lean: float = 0.0, character: simprep.Character = humanoid()) -> Motion:
@@ -205,3 +208,10 @@ def test_settings_out_of_range_are_refused(name: str, value: float) -> None:
 def test_settings_of_ones_own() -> None:
     run = track(standing(0.2), lambda task: BalanceController(task, BalanceSettings(friction=0.5)))
     assert (run.controller, run.settings["friction"]) == ("balance", 0.5)
+
+
+def test_feet_that_are_low_but_not_where_they_should_stand_are_no_error() -> None:
+    small = humanoid(1.6, 62.69387755102042)
+    walk, leap = (onto(simprep.library_motion(name), small) for name in ("walk", "jump_forward"))
+    motion = scenario(walk, leap, QUICK_PROFILE, "traditional")
+    assert track(motion, "balance").end in ("done", "fell")
