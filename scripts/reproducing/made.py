@@ -75,6 +75,13 @@ EVERYTHING = (
         ("scripts/fight_physics_study.py", "--bouts", "10", "--seconds", "10", "-o", "{out}"), "fight_physics.json", 12,
     ),
     Made(
+        "fight_feedback", "fight_feedback",
+        (
+            "scripts/fight_physics_study.py", "--bouts", "5", "--seconds", "60", "--first-seed", "100",
+            "--arms", "feedback", "feedback_optimised", "-o", "{out}",
+        ), "fight_physics.json", 40,
+    ),
+    Made(
         "fight_modes", "fight_modes",
         ("scripts/fight_modes_study.py", "--bouts", "4", "--seconds", "30", "-o", "{out}"), "fight_modes.json", 20,
     ),
@@ -90,8 +97,10 @@ EVERYTHING = (
     Made("sweep", "sweep", ("scripts/sweep_study.py", "-o", "{out}"), "sweep.json", 10),
     Made(
         "posture_optimization", "posture_optimization",
-        ("scripts/study_posture_optimization.py", "--processes", "2", "--store", "{out}/records", "-o", "{out}"),
-        "summary.json", 120,
+        (
+            "scripts/study_posture_optimization.py", "--controllers", "balance", "--processes", "2",
+            "--store", "{out}/records", "-o", "{out}",
+        ), "summary.json", 20,
     ),
 )  # fmt: skip
 """In the order of the README."""
