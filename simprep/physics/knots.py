@@ -14,10 +14,8 @@ class Knots:
 
     Args:
         spacing: time between two knots [s].
-        horizon: look-ahead of a plan [s].
-        dt: step of the planner's simulations [s].
-        world_dt: step of the world [s].
-        every: steps of the world from plan to plan.
+        steps: of the planner's simulations in a plan, and dt: the length of one [s].
+        every: steps of the world from plan to plan, and world_dt: the length of one [s].
 
     Attributes:
         count: knots of a curve. The first one is not in the future.
@@ -25,10 +23,10 @@ class Knots:
         world: (every, count) weights of the knots in the steps of the world until the next plan.
     """
 
-    def __init__(self, spacing: float, horizon: float, dt: float, world_dt: float, every: int) -> None:
-        self.count = int(np.ceil(horizon / spacing - 1e-9)) + 2  # whatever part of the first gap is past
+    def __init__(self, spacing: float, steps: int, dt: float, every: int, world_dt: float) -> None:
+        self.count = int(np.ceil(steps * dt / spacing - 1e-9)) + 2  # whatever part of the first gap is past
         self._step = world_dt / spacing
-        self._along = np.arange(max(1, round(horizon / dt)), dtype=np.float64) * (dt / spacing)
+        self._along = np.arange(steps, dtype=np.float64) * (dt / spacing)
         self._until_next = np.arange(every, dtype=np.float64) * self._step
         self._clock = 0
         self.go_on(0)

@@ -164,7 +164,7 @@ class MpcController:
         self._steps = max(1, round(s.horizon / dt))
         self._every = max(1, round(s.replan / world_dt))  # in steps of the world
         self._rng = np.random.default_rng(task.seed)
-        self._knots = Knots(s.knot_spacing, s.horizon, dt, world_dt, self._every)
+        self._knots = Knots(s.knot_spacing, self._steps, dt, self._every, world_dt)
         std = [
             np.array([_noise_of(body.character.movement(name), s.noise) for name in body.joint_names]) * s.noise_scale
             for body in planner.bodies

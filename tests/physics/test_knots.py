@@ -12,8 +12,7 @@ SETTINGS = SearchSettings(samples=10, refined=5, keep=2, shrink=0.7, scales=(1.0
 
 @pytest.mark.parametrize(("every", "spacing"), [(14, 0.1), (24, 0.1), (14, 0.05), (96, 0.05), (7, 1 / 30)])
 def test_an_unchanged_plan_stays_where_it_is_in_time(every: int, spacing: float) -> None:
-    horizon = 0.4
-    knots = Knots(spacing, horizon, 1 / 96, WORLD_DT, every)
+    knots = Knots(spacing, 38, 1 / 96, every, WORLD_DT)
     search = OffsetSearch(knots.count, np.array([0.1]), SETTINGS)
     curve = np.random.default_rng(0).standard_normal((knots.count, 1))
     search.go_on_from(curve, np.stack([curve, 2 * curve]))
@@ -31,7 +30,7 @@ def test_an_unchanged_plan_stays_where_it_is_in_time(every: int, spacing: float)
 
 
 def test_every_instant_of_a_plan_lies_between_two_knots() -> None:
-    knots = Knots(0.1, 5 / 12, 1 / 96, WORLD_DT, 14)
+    knots = Knots(0.1, 40, 1 / 96, 14, WORLD_DT)
     for _ in range(50):
         np.testing.assert_allclose(knots.plan.sum(axis=1), 1.0)
         assert knots.plan[-1] @ np.arange(knots.count) <= knots.count - 1 - 1e-9  # never beyond the last one
