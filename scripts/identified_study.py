@@ -238,15 +238,26 @@ def draw(rows: list[dict[str, Any]], path: Path) -> None:
 
     from simprep.files import atomic_path
 
-    figure = Figure(figsize=(10, 4.5), layout="constrained")
+    figure = Figure(figsize=(10, 4.8), layout="constrained")
+    # a colour for each posture, a marker for each arm
+    looks = {
+        name: next((arm for arm in ARMS if name.endswith(f"_{arm}")), "") for name in (row["motion"] for row in rows)
+    }
+    postures = list(dict.fromkeys(name.removesuffix(f"_{arm}") for name, arm in looks.items()))
+    markers = dict(zip(dict.fromkeys(looks.values()), "os^Dv"))
     for axes, key, title in zip(
         figure.subplots(1, 2), ("closed_loop_n", "steps_n"), ("closed loop, feet in place", "plant, with steps")
     ):
-        for name in dict.fromkeys(row["motion"] for row in rows):
+        for name, arm in looks.items():
             pairs = [(row[key], row["measured_n"]) for row in rows if row["motion"] == name and row[key] is not None]
             if pairs:
-                axes.plot(*zip(*pairs), "o", label=name)
-        axes.set(xlabel=f"predicted ({title}) [N]", ylabel="measured [N]")
+                colour = f"C{postures.index(name.removesuffix(f'_{arm}'))}"
+                axes.plot(*zip(*pairs), markers[arm], color=colour, markersize=5, alpha=0.8, label=name)
+        most = 1.05 * max([row["measured_n"] for row in rows] + [row[key] for row in rows if row[key] is not None])
+        axes.plot([0, most], [0, most], color="grey", lw=0.8, label="measured as predicted")
+        axes.set(
+            xlabel=f"predicted ({title}) [N]", ylabel="measured [N]", xlim=(0, most), ylim=(0, most), aspect="equal"
+        )
         axes.legend(fontsize=6)
     with atomic_path(path) as temporary:
         figure.savefig(temporary, format="png", dpi=150)
