@@ -24,7 +24,7 @@ class PaceSettings:
     Attributes:
         strike: in actions that attack [m/s]; feet of taekwon-do masters reach 12.4 in a roundhouse kick (J Mens Health
             18:138).
-        back: in all others [m/s]; the built-in kicks come back with 3.3 to 5.7.
+        back: in all others [m/s]; kicks of the motion library come back with 3.3 to 5.7.
     """
 
     strike: float = 12.4
