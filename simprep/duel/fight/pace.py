@@ -56,14 +56,16 @@ class Pace:
 AS_RECORDED = Pace()
 
 
-def pace_of(examples: ExampleMotions, index: int, settings: PaceSettings) -> Pace:
+def pace_of(examples: ExampleMotions, index: int, settings: PaceSettings | None) -> Pace:
     """The pace of an example. In flight nothing is slowed, as nothing slows a body there.
 
     Args:
         examples: the recordings.
         index: of the action.
-        settings: limits.
+        settings: limits; None: as recorded.
     """
+    if settings is None:
+        return AS_RECORDED
     frames = int(examples.actions.end[index] - examples.actions.start[index])
     found = examples.excerpt(index, np.arange(frames + 1, dtype=np.float64))
     body = examples.bodies[int(examples.actions.player[index])]
@@ -76,22 +78,3 @@ def pace_of(examples: ExampleMotions, index: int, settings: PaceSettings) -> Pac
         return AS_RECORDED
     longer = gaussian_filter1d(maximum_filter1d(longer, 2 * AROUND + 1), SMOOTH)
     return Pace(np.concatenate([[0.0], np.cumsum(0.5 * (longer[1:] + longer[:-1]))]))
-
-
-class Paces:
-    """Paces of examples, each worked out once.
-
-    Args:
-        examples: the recordings.
-    """
-
-    def __init__(self, examples: ExampleMotions) -> None:
-        self._examples, self._known = examples, dict[int, Pace]()
-
-    def of(self, index: int, settings: PaceSettings | None) -> Pace:
-        """The pace of an action; None for the settings: as recorded."""
-        if settings is None:
-            return AS_RECORDED
-        if index not in self._known:
-            self._known[index] = pace_of(self._examples, index, settings)
-        return self._known[index]

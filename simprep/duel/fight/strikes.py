@@ -87,23 +87,6 @@ def strike_of(examples: ExampleMotions, index: int) -> Strike | None:
     return Strike(frame, int(limbs[limb]), int(aims[aim]), offset, mine[frame, limb, :2] - root)
 
 
-class Strikes:
-    """Strikes of examples, each found once.
-
-    Args:
-        examples: the recordings.
-    """
-
-    def __init__(self, examples: ExampleMotions) -> None:
-        self._examples, self._known = examples, dict[int, Strike | None]()
-
-    def of(self, index: int) -> Strike | None:
-        """The strike of an action (`strike_of`)."""
-        if index not in self._known:
-            self._known[index] = strike_of(self._examples, index)
-        return self._known[index]
-
-
 def bent(
     strike: Strike, placement: Placement, frame: int, opponent: FloatArray, character: Character, farthest: float
 ) -> Aim:

@@ -10,7 +10,7 @@ A `Bout` is stepped instead, to act while a fight goes on.
 """
 
 from dataclasses import dataclass, field, replace
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -20,10 +20,10 @@ from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.fight import NONE, Fight, FightAction
 from simprep.duel.fight.fighter_track import FighterTrack, Performed
 from simprep.duel.fight.floor_move import FloorMove, GradualMove
-from simprep.duel.fight.pace import Paces, PaceSettings
+from simprep.duel.fight.pace import PaceSettings, pace_of
 from simprep.duel.fight.placement import Aim, place
 from simprep.duel.fight.stitch import Seam, StitchSettings, plant, stitch
-from simprep.duel.fight.strikes import Strikes, bent
+from simprep.duel.fight.strikes import bent, strike_of
 from simprep.duel.fight.time_warp import Warp, WarpSettings, fit_warp
 from simprep.duel.model.action_features import FloorFrame, action_parameters, floor_frame
 from simprep.duel.model.tracks import local_joints
@@ -89,7 +89,8 @@ class Bout:
         self.examples, self.choosers, self.rng = examples, choosers, rng
         self.settings = settings or SynthesisSettings()
         self._tracks = (FighterTrack(examples.fps), FighterTrack(examples.fps))
-        self._strikes, self._paces = Strikes(examples), Paces(examples)
+        # the same for an action whenever it is performed
+        self._strike_of, self._pace_of = cache(partial(strike_of, examples)), cache(partial(pace_of, examples))
         self.known_s: float | None = None
         self.astray: list[FloorMove | None] = [None, None]
         if start is None:
@@ -307,7 +308,7 @@ class Bout:
         examples, settings = self.examples, self.settings
         index, track = choice.example, self._tracks[player]
         begin = track.current.action.end
-        pace, start = self._paces.of(index, settings.pace), int(examples.actions.start[index])
+        pace, start = self._pace_of(index, settings.pace), int(examples.actions.start[index])
         own_moment = pace.at(int(examples.moments[index]) - start)
         warp = self._warp(player, index, begin, own_moment)
         length = warp.length(pace.at(int(examples.actions.end[index]) - start))
@@ -325,7 +326,7 @@ class Bout:
             longest=settings.longest_drift_m,
         )  # fmt: skip
         placement = placed(aim=aim)
-        strike = self._strikes.of(index) if settings.reach_m and aim is None else None
+        strike = self._strike_of(index) if settings.reach_m and aim is None else None
         if strike is not None:
             when = min(int(np.argmin(np.abs(times[:length] - strike.frame))), length - 1)
             other = self._tracks[1 - player]
