@@ -90,13 +90,16 @@ def test_ghosts_stand_where_the_reference_is(session):
 def test_ctrl_c_ends_it_cleanly(tmp_path):
     page = ["app", "--scene", "empty", "--controller", "pd", "-o", str(tmp_path)]
     command = [sys.executable, "-m", "simprep.cli.main", *page]
+    # what a shell starts in the background ignores SIGINT, and hands that on to what it starts itself
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     with subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, text=True) as process:
+        signal.signal(signal.SIGINT, before)
         assert process.stderr is not None
         try:
             told = next(line for line in process.stderr if "Ctrl-C ends it" in line)
             process.send_signal(signal.SIGINT)
-            rest = process.stderr.read()
-            assert process.wait(60) == 0
+            _, rest = process.communicate(timeout=60)
+            assert process.returncode == 0
         finally:
             process.kill()
     assert "Traceback" not in rest
