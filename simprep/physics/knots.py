@@ -2,6 +2,9 @@
 
 The knots stay where they are in time. If they moved on with every plan, the last plan would have to be read anew between
 its knots, and each time it would be blurred a little: over a look-ahead by more than the distance of two knots.
+
+A new plan takes over from the last one within a short time, not at once: a jump of the servos' targets with every plan
+shakes the body. What is simulated for a plan takes over in the same way.
 """
 
 import numpy as np
@@ -16,18 +19,29 @@ class Knots:
         spacing: time between two knots [s].
         steps: of the planner's simulations in a plan, and dt: the length of one [s].
         every: steps of the world from plan to plan, and world_dt: the length of one [s].
+        fade_in: time within which a plan takes over from the offsets that were sent before it [s]; the first one is
+            there at once.
 
     Attributes:
         count: knots of a curve. The first one is not in the future.
         plan: (steps of the planner, count) weights of the knots along a plan.
+        plan_before: (steps of the planner,) weight of the offsets that were sent last.
         world: (every, count) weights of the knots in the steps of the world until the next plan.
+        world_before: (every,) weight of the offsets that were sent last.
     """
 
-    def __init__(self, spacing: float, steps: int, dt: float, every: int, world_dt: float) -> None:
+    def __init__(
+        self, spacing: float, steps: int, dt: float, every: int, world_dt: float, fade_in: float = 0.0
+    ) -> None:
         self.count = int(np.ceil(steps * dt / spacing - 1e-9)) + 2  # whatever part of the first gap is past
         self._step = world_dt / spacing
         self._along = np.arange(steps, dtype=np.float64) * (dt / spacing)
         self._until_next = np.arange(every, dtype=np.float64) * self._step
+        self._fades = [
+            np.clip(1 - times / fade_in, 0, 1) if fade_in else np.zeros(len(times))
+            # a step of the planner is judged by its middle, one of the world by its end
+            for times in ((np.arange(steps) + 0.5) * dt, (np.arange(every) + 1.0) * world_dt)
+        ]
         self._clock = 0
         self.go_on(0)
 
@@ -39,6 +53,9 @@ class Knots:
         passed, first = int(position) - before, position - int(position)
         self.plan = linear_basis(first + self._along, self.count)
         self.world = linear_basis(first + self._until_next, self.count)
+        self.plan_before, self.world_before = [fade * (self._clock > 0) for fade in self._fades]
+        self.plan -= self.plan_before[:, None] * self.plan[0]
+        self.world -= self.world_before[:, None] * self.world[0]
         return passed
 
 

@@ -29,6 +29,7 @@ from simprep.physics.rollouts import Record, Rollouts, record_of
 from simprep.physics.sampling import OffsetSearch, SearchSettings
 from simprep.physics.start_search import StartSearch
 from simprep.physics.tracking_cost import CostWeights, TrackingCost
+from simprep.threads import blas_on_one_thread
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,7 @@ class MpcSettings:
         horizon: look-ahead [s].
         replan: time between two plans [s].
         knot_spacing: time between two knots of the offset curve [s], which stay where they are in time; linear in between.
+        fade_in: time within which a plan takes over from the last one [s]; 0 for at once, which shakes the body.
         samples: simulations in a plan's first iteration.
         refined: simulations in every later one, which tries what the one before found.
         iterations: iterations per plan.
@@ -69,11 +71,12 @@ class MpcSettings:
     horizon: float = 5 / 12
     replan: float = 1 / 35
     knot_spacing: float = 0.1
-    samples: int = 21
-    refined: int = 9
+    fade_in: float = 0.02
+    samples: int = 20
+    refined: int = 10
     iterations: int = 2
     harder: tuple[tuple[float, int, int], ...] = ((0.5, 40, 20), (2.0, 60, 20), (5.0, 140, 40))
-    first_rounds: int = 12
+    first_rounds: int = 10
     start_speed: float = 0.1
     start_spin: float = 0.3
     keep: int = 4
@@ -106,7 +109,7 @@ class MpcSettings:
         if not self.damping or min(self.damping) <= 0:
             raise SettingError(f"mpc: damping {self.damping}; valid: one or more numbers above 0")
         least_of = {
-            "iterations": 1, "first_rounds": 0, "start_speed": 0, "start_spin": 0, "keep": 0, "samples": self.keep + 3,
+            "iterations": 1, "fade_in": 0, "first_rounds": 0, "start_speed": 0, "start_spin": 0, "keep": 0, "samples": self.keep + 3,
             "refined": len(self.damping),
         }  # fmt: skip
         for name, least in least_of.items():
@@ -133,7 +136,7 @@ class MpcSettings:
 
 MPC_PRESETS = {
     "live": MpcSettings(
-        replan=1 / 20, samples=22, refined=8, first_rounds=8, harder=((0.6, 33, 12), (2.0, 60, 20)), noise_scale=1.0
+        replan=1 / 20, samples=22, refined=8, first_rounds=8, harder=((0.6, 32, 12), (2.0, 60, 20)), noise_scale=1.0
     ),
     "default": MpcSettings(),
     "bake": MpcSettings(
@@ -164,7 +167,7 @@ class MpcController:
         self._steps = max(1, round(s.horizon / dt))
         self._every = max(1, round(s.replan / world_dt))  # in steps of the world
         self._rng = np.random.default_rng(task.seed)
-        self._knots = Knots(s.knot_spacing, self._steps, dt, self._every, world_dt)
+        self._knots = Knots(s.knot_spacing, self._steps, dt, self._every, world_dt, s.fade_in)
         std = [
             np.array([_noise_of(body.character.movement(name), s.noise) for name in body.joint_names]) * s.noise_scale
             for body in planner.bodies
@@ -192,6 +195,7 @@ class MpcController:
         self._rollouts = self._levels[0]
         self._plans = [0] * len(self._levels)  # how many of each
         self._offsets = np.zeros((self._every, model.nu))
+        self._offset = np.zeros(model.nu)  # sent last
         self._planned_at = -1
         self._start_change = np.zeros((len(planner.bodies), 6))
         self._sent: deque[FloatArray] = deque(maxlen=task.delay)
@@ -225,7 +229,18 @@ class MpcController:
         Args:
             data: the bodies on their references; read only.
         """
-        s, begin = self._settings, perf_counter()
+        begin = perf_counter()
+        with blas_on_one_thread():
+            self._start_change = self._searched_start(data)
+        qvel = data.qvel.copy()
+        for body, own in zip(self._task.bodies, self._start_change):
+            qvel[body.qvel.start : body.qvel.start + 6] += own
+        self.total_s += perf_counter() - begin
+        return np.asarray(qvel)
+
+    def _searched_start(self, data: mujoco.MjData) -> FloatArray:
+        """Changes (bodies, 6) of the roots' velocities; the plan found with them stays for the first one."""
+        s = self._settings
         std = np.repeat([s.start_speed, s.start_spin], 3)
         starts = [StartSearch(one.search, len(one.members), std) for one in self._searches]
         for _ in range(s.first_rounds):
@@ -237,21 +252,18 @@ class MpcController:
                 residuals, failed = self._simulate(0, data, iteration, [theta for theta, _ in tried], change)
                 for one, (theta, own), errors in zip(starts, tried, residuals):
                     one.update(theta, own, errors, failed)
-        self._start_change = np.concatenate([one.finish() for one in starts])
-        qvel = data.qvel.copy()
-        for body, own in zip(self._task.bodies, self._start_change):
-            qvel[body.qvel.start : body.qvel.start + 6] += own
-        self.total_s += perf_counter() - begin
-        return np.asarray(qvel)
+        return np.concatenate([one.finish() for one in starts])
 
     def target(self, step: int, data: mujoco.MjData) -> FloatArray:
         """Servo targets for the coming step (see `Controller.target`); plans anew when due."""
         if self._planned_at < 0 or step - self._planned_at >= self._every:
             begin = perf_counter()
-            self._replan(step, self._predicted(data))
+            with blas_on_one_thread():
+                self._replan(step, self._predicted(data))
             self._planned_at = step
             self.total_s += perf_counter() - begin
-        targets = np.asarray(self._feedforward[step] + self._offsets[step - self._planned_at])
+        self._offset = self._offsets[step - self._planned_at].copy()
+        targets = np.asarray(self._feedforward[step] + self._offset)
         self._sent.append(targets)
         return targets
 
@@ -293,9 +305,9 @@ class MpcController:
             ]
             if not all(improved):
                 break  # every sample diverged: keep the plan
-        self._offsets[:] = 0.0
+        self._offsets[:] = self._knots.world_before[:, None] * self._offset
         for one in self._searches:
-            self._offsets[:, self._planner.controls[one.controls]] = self._knots.world @ one.search.plan
+            self._offsets[:, self._planner.controls[one.controls]] += self._knots.world @ one.search.plan
 
     def _simulate(
         self, step: int, data: mujoco.MjData, iteration: int, tried: list[FloatArray], change: FloatArray | None = None
@@ -303,6 +315,7 @@ class MpcController:
         """Errors (samples, R) of the offsets that each search tries, and which samples (samples,) failed."""
         frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
         feedforward = self._feedforward[frames][:, self._planner.controls]  # (steps, planned controls)
+        feedforward += self._knots.plan_before[:, None] * self._offset[self._planner.controls]
         control = np.repeat(feedforward[None], len(tried[0]), axis=0)
         for one, theta in zip(self._searches, tried):
             control[:, :, one.controls] += self._knots.plan @ theta

@@ -19,7 +19,7 @@ from simprep.scene import SceneSettings, scene_spec
 
 ARMS = tuple(f"{side}_{part}" for side in SIDES for part in ("upper_arm", "forearm", "hand"))
 """Roles of segments whose contacts with their own body a plan leaves out."""
-CONTACT_SWEEPS = 8
+CONTACT_SWEEPS = 5
 """Iterations of the planner's contact solver (projected Gauss-Seidel); the world's Newton solver costs twice as much."""
 
 

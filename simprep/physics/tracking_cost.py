@@ -9,6 +9,8 @@ from simprep.motion.rotations import cross
 from simprep.physics.reference import Reference
 from simprep.physics.rollouts import Record
 
+_TINY = 1e-12
+
 
 @dataclass(frozen=True)
 class CostWeights:
@@ -37,7 +39,7 @@ class CostWeights:
     com_to_foot: float = 30.0
     foot_height: float = 20.0
     foot_velocity: float = 0.5
-    joint_velocity: float = 0.005
+    joint_velocity: float = 0.02
     effort: float = 0.5
     final: float = 1.0
     instants: float = 0.05
@@ -67,6 +69,7 @@ class TrackingCost:
         weights: CostWeights,
     ) -> None:
         self._weights = weights
+        self._pelvis_share = weights.relative / max(weights.position + weights.relative, _TINY)
         self._feet = list(feet)
         self._foot_entries = [1 + foot for foot in feet]  # in a rollout's records, whose entry 0 means nothing
         self._ratio = ratio
@@ -115,8 +118,8 @@ class TrackingCost:
         target_foot_velocity = self._foot_velocity[state - self._ratio - self._ratio // 2]
         velocity_error = record["qvel"][:, pick] - self._qvel[state]
         parts = (
-            error,
-            error[:, :, 1:] - error[:, :, :1],
+            error[:, :, :1],
+            error[:, :, 1:] - self._pelvis_share * error[:, :, :1],
             _rotation_error(record["qpos"][:, pick, 3:7], self._qpos[state, 3:7]),
             velocity_error[..., :3],
             velocity_error[..., 3:6],
@@ -139,9 +142,12 @@ class TrackingCost:
         """Factors (count, 1) of each part of the residuals at the first instants."""
         w = self._weights
         weight = self._time_weight[:count] / self._time_weight[:count].sum()
+        own, relative = w.position / segments, w.relative / segments
         factors = (
-            w.position / segments,
-            w.relative / segments,
+            # own e^2 + relative (e - p)^2 of a segment's error e and the pelvis' p is (own + relative) (e - share p)^2 and
+            # own share p^2: half the numbers for the same sum
+            own * (1 + (segments - 1) * self._pelvis_share),
+            own + relative,
             4 * w.orientation,
             w.velocity,
             w.spin,

@@ -1,6 +1,6 @@
 """Parts of `mpc`: inverse dynamics against statics, the cost's zero, the reduced planner model."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import get_args
 
 import mujoco
@@ -78,7 +78,7 @@ def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
     }
     theta = np.zeros((1, 6, 19))
 
-    def cost_of(record: Record, theta: np.ndarray) -> float:
+    def cost_of(record: Record, theta: np.ndarray, cost: TrackingCost = cost) -> float:
         return float(np.sum(cost.residuals(start, record, theta) ** 2))
 
     on_reference = cost_of(record, theta)
@@ -89,6 +89,16 @@ def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
         costs.append(cost_of(moved, theta) - on_reference)
     np.testing.assert_allclose(costs, 60.0 * np.square([0.01, 0.02, 0.04]), rtol=1e-6)  # only the global position
     assert cost_of(record, theta + 0.1) > on_reference
+
+    # global and relative errors of the segments alone: their mean over the segments, each with its weight
+    nothing = dict.fromkeys((name.name for name in fields(CostWeights) if name.name not in ("final", "instants")), 0.0)
+    own = CostWeights(**{**nothing, "position": 60.0, "relative": 200.0})
+    positions = TrackingCost(reference, 2, 1 / 240, 24, planner.dofs[0], planner.bodies[0].feet, own)
+    at, segments = np.random.default_rng(0).normal(0, 0.03, (17, 3)), 17
+    moved = {**record, "xpos": record["xpos"] + np.concatenate([np.zeros((1, 3)), at])}
+    asked = 60.0 * np.sum(at**2) / segments + 200.0 * np.sum((at - at[0]) ** 2) / segments
+    assert cost_of(record, theta, positions) < 1e-20
+    assert cost_of(moved, theta, positions) == pytest.approx(asked)
 
 
 SEARCH = SearchSettings(samples=20, refined=8, keep=2, shrink=0.7, scales=(0.25, 0.5, 1.0), damping=(1e-9, 0.1, 1.0))
