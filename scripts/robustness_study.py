@@ -99,6 +99,7 @@ def main() -> int:
     parser.add_argument("--motions", nargs="*", default=[], help="built-in motions; default none")
     parser.add_argument("--conditions", nargs="+", choices=CONDITIONS, default=list(CONDITIONS))
     parser.add_argument("--seeds", type=int, default=1)
+    parser.add_argument("--first-seed", type=int, default=0)
     parser.add_argument("--kicks", action="store_true", help="kick the root as well")
     parser.add_argument("--preset", choices=MPC_PRESETS, default="default")
     parser.add_argument("--processes", type=int, default=2)
@@ -115,7 +116,7 @@ def main() -> int:
         (condition, name, motion, seed, options.preset, options.kicks)
         for condition in options.conditions
         for name, motion in chosen.items()
-        for seed in range(options.seeds)
+        for seed in range(options.first_seed, options.first_seed + options.seeds)
     ]
     yardstick_s = Yardstick().processor_seconds()
     rows = rows_of(
