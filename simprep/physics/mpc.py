@@ -142,11 +142,12 @@ MPC_PRESETS = {
     "bake": MpcSettings(
         horizon=0.5,
         knot_spacing=0.05,
+        fade_in=0.01,
         samples=56,
         refined=25,
         iterations=6,
         harder=((0.5, 100, 40),),
-        weights=CostWeights(relative=500.0),
+        weights=CostWeights(relative=500.0, joint_velocity=0.005),
     ),
 }
 """How much to compute: least for what must keep up with the clock, most for what is made once (docs/tracking.md)."""
