@@ -67,6 +67,8 @@ def blend_root(
     """
     heading, tilt = split_heading(locomotion[:, 3:7])
     heading = np.unwrap(heading)
+    # of the same lap as the trend, which counts full turns on: else part of a full turn would be blended away
+    heading = heading + 2 * np.pi * np.round(np.mean(trend - heading) / (2 * np.pi))
     _, reference_tilt = split_heading(reference[..., 3:7])
     between = (weight[1:] + weight[:-1]) / 2  # weight over the step from one frame to the next
     lag = start[0] + np.concatenate([[0.0], np.cumsum(-between * np.diff(trend))])

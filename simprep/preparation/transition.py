@@ -45,6 +45,7 @@ def launch(
     entry: int,
     window: float = DEFAULT_WINDOW_S,
     settings: PreparationSettings = DEFAULT_SETTINGS,
+    carry: float = 0.0,
 ) -> Motion:
     """Play an approach, and from one of its frames on the target; the event `launch` marks the target's first frame.
 
@@ -55,6 +56,8 @@ def launch(
         entry: frame of the target with which it is entered.
         window: time over which the difference between the two dies away [s].
         settings: for the planted feet.
+        carry: time over which the difference in the root's speed along the floor dies away [s]. What the root travels in it
+            is kept: the target goes on from there. 0: the root comes back to where the target fits the planted feet.
 
     Raises:
         MotionError: different bodies or frame rates, or a frame outside its motion.
@@ -73,7 +76,7 @@ def launch(
     standing = forward_kinematics(approach.qpos[frame : frame + 1], approach.character)
     placed = _place(target, entry, approach, frame, standing)
     landing = max(2, round(window * approach.fps))
-    qpos, weight = _inertialise(_state(approach, frame), placed, entry, landing)
+    qpos, weight = _inertialise(_state(approach, frame), placed, entry, landing, round(carry * approach.fps))
     contacts = placed.contacts[entry:].copy()
     for side in (0, 1):
         if not approach.contacts[frame, side]:  # in the air at the launch: it lands when the two motions agree
@@ -159,7 +162,7 @@ def _difference(a: FloatArray, b: FloatArray) -> FloatArray:
     return np.concatenate([b[:3] - a[:3], rotation_between(a[3:7], b[3:7]), b[7:] - a[7:]])
 
 
-def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tuple[FloatArray, FloatArray]:
+def _inertialise(state: _State, target: Motion, entry: int, frames: int, carry: int) -> tuple[FloatArray, FloatArray]:
     """Target poses (T, nq) from `entry` on, led in from the approach's pose and velocity; what is left of the offset (T,)."""
     qpos = target.qpos[entry:].copy()
     own = _state(target, entry)
@@ -168,6 +171,8 @@ def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tupl
     x = np.minimum(np.arange(len(qpos)) / frames, 1.0)[:, None]
     left = (1 + 2 * x) * (1 - x) ** 2
     fade = left * offset + x * (1 - x) ** 2 * slope
+    if carry:
+        fade[:, :2] = _carried(offset[:2], (state.step - own.step)[:2], carry, len(qpos))
     qpos[:, :3] += fade[:, :3]
     turn = Rotation.from_rotvec(fade[:, 3:6]) * Rotation.from_quat(qpos[:, 3:7], scalar_first=True)
     qpos[:, 3:7] = turn.as_quat(scalar_first=True)
@@ -176,3 +181,22 @@ def _inertialise(state: _State, target: Motion, entry: int, frames: int) -> tupl
     qpos[:, 7:] = np.where(np.abs(fade[:, 6:]) > 0, inside, qpos[:, 7:])
     qpos[0] = state.qpos
     return qpos, left[:, 0]
+
+
+def _carried(offset: FloatArray, speed: FloatArray, frames: int, count: int) -> FloatArray:
+    """Offset (count, 2) of the root along the floor that never goes back against its speed [m].
+
+    A cubic from an offset and a speed to rest is monotone if it covers at least a third of what the speed alone would
+    (Fritsch & Carlson 1980, SIAM J Numer Anal 17:238). It ends there, or at 0 where that is farther on.
+
+    Args:
+        offset: (2,) at the beginning [m].
+        speed: (2,) per frame.
+        frames: until it rests.
+        count: of the result.
+    """
+    way = np.linalg.norm(speed)
+    along = speed / way if way > 0 else np.zeros(2)
+    end = along * max(0.0, float(offset @ along) + float(way) * frames / 3)
+    x = np.minimum(np.arange(count) / frames, 1.0)[:, None]
+    return np.asarray(end + (offset - end) * (1 + 2 * x) * (1 - x) ** 2 + speed * frames * x * (1 - x) ** 2)

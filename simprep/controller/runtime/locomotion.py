@@ -20,6 +20,8 @@ from simprep.preparation.transition import DEFAULT_WINDOW_S, launch
 
 _SLACK = 1.25
 _SLACK_M = 0.01
+_CARRY_S = 0.4
+"""Time in which a walker's speed dies away at a change to steps on the spot, or comes up at the way back."""
 _CHANGE_S = 1.6
 """Length of the piece synthesised at a change of core node: the transition, and the stances that begin in it."""
 
@@ -158,7 +160,9 @@ class LocomotionStream:
         before = entry - 1 if entry > 0 else entry - 1 + n  # the frame before is needed for the velocity
         long = extend(cycle.motion, before + 1 + count)
         ahead = replace(long, qpos=long.qpos[before:], contacts=long.contacts[before:], events={}, name=node)
-        played = launch(approach, 2, ahead, 1, DEFAULT_WINDOW_S)
+        # where a foot never leaves the floor, the root has to come back over both
+        carry = _CARRY_S if (~cycle.motion.contacts).any(axis=0).all() else 0.0
+        played = launch(approach, 2, ahead, 1, DEFAULT_WINDOW_S, carry=carry)
         qpos, contacts = played.qpos[2:], played.contacts[2:]
         to, start = (float(split_heading(pose[3:7])[0]) for pose in (approach.qpos[2], ahead.qpos[1]))
         trend = cycle.trend[(entry + np.arange(count)) % n] + cycle.turn * ((entry + np.arange(count)) // n)

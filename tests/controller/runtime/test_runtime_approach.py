@@ -2,6 +2,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
+from scipy.ndimage import gaussian_filter1d
 
 from simprep.controller.influence import Influence
 from simprep.controller.runtime.approach import KEPT, NEAR_M, approach, near_obstacles
@@ -10,6 +11,7 @@ from simprep.controller.runtime.task import Task
 from simprep.controller.runtime.world import library_world
 from simprep.controller.spaces import REACH_M, Action
 from simprep.errors import MotionError, SettingError, UnknownNameError
+from simprep.preparation.blending import split_heading
 
 PLAIN = RuntimeSettings(optimise=False)
 
@@ -40,6 +42,22 @@ def test_it_gets_there_prepared_and_without_jumps(world):
         assert np.abs(np.diff(motion.qpos[: at + 20, 7:], axis=0)).max() < 0.35
         assert np.isnan(result.level[at:]).all()
         assert np.abs(np.diff(result.level[:at])).max() < 0.05  # the Gaussian filter
+
+
+def test_whoever_turns_round_neither_jumps_nor_comes_back(world):
+    """Goals all around and behind: more than half a turn by steps on the spot, then a prepared walk."""
+    rng = np.random.default_rng(0)
+    for _ in range(8):
+        distance, bearing = rng.uniform(1.5, 5.0), rng.uniform(-np.pi, np.pi)
+        result = approach(world, [one((distance * np.cos(bearing), distance * np.sin(bearing)))])
+        motion, at = result.motion, result.launches[0]
+        heading = np.unwrap(split_heading(motion.qpos[:at, 3:7])[0])
+        assert np.abs(np.diff(heading)).max() < 0.1  # 6 rad/s at 60 frames/s
+        assert np.abs(np.diff(motion.qpos[: at + 20, 7:], axis=0)).max() < 0.35
+        travel = np.gradient(motion.qpos[:at, :2], axis=0)
+        way = gaussian_filter1d(travel, 0.25 * motion.fps, axis=0)
+        along = np.sum(travel * way, axis=1) / (np.linalg.norm(way, axis=1) + 1e-9)
+        assert -np.minimum(along, 0.0).sum() < 0.03  # up to 0.11 m where walkers came back to their planted feet
 
 
 def test_at_an_influence_on_the_way_the_level_stays_until_the_filter_has_settled(world):
