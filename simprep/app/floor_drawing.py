@@ -75,10 +75,10 @@ class FloorDrawing:
         size = float(np.linalg.norm(moment.push))
         self._push.visible = self._push_text.visible = size > 0
         if size > 0:
-            tip = moment.bodies[moment.pushed][:3]
-            begin = tip - _ARROW_M_PER_N * np.array(moment.push)
-            self._push.points = np.array([[begin, tip]])
-            self._push_text.position = begin
+            tips = [moment.bodies[one][:3] for one in moment.pushed]
+            arrow = _ARROW_M_PER_N * np.array(moment.push)
+            self._push.points = np.array([[tip - arrow, tip] for tip in tips])
+            self._push_text.position = tips[0] - arrow
             self._push_text.text = f"outside force {size:.0f} N"
 
 

@@ -143,7 +143,7 @@ class Moment:
         hits: the touches of the last half second: parts, impulse so far [N s], position.
         push: (3,) outside force at this moment [N].
         fallen: numbers of the bodies that are down.
-        pushed: number of the body on which it acts.
+        pushed: numbers of the bodies on which it acts.
     """
 
     time: float
@@ -155,7 +155,7 @@ class Moment:
     hits: tuple[tuple[tuple[str, str], float, tuple[float, float, float]], ...]
     push: tuple[float, float, float]
     fallen: tuple[int, ...]
-    pushed: int = 0
+    pushed: tuple[int, ...] = (0,)
 
 
 class History:

@@ -9,9 +9,11 @@ import numpy as np
 
 from simprep.app.display import Display
 from simprep.app.floor_drawing import FloorDrawing
+from simprep.app.lane import LANE_M
 from simprep.app.moments import FPS, HISTORY_S, Moment
 from simprep.app.session import SCENES, Session
 from simprep.app.stage import BALL, LAUNCHES
+from simprep.arrays import FloatArray
 from simprep.errors import MissingExtraError, SimprepError
 from simprep.preparation.scenario import ARMS
 
@@ -25,6 +27,9 @@ CHART_S, CHART_EVERY_S = 12.0, 0.25
 """Time that the charts span, and how often they are drawn anew [s]."""
 HOTKEYS = {"punch": "P", "kick": "K", "duck": "D", "jump": "J", "crawl": "C"}
 DUEL_HOTKEYS = {"left punch": "Q", "right punch": "E", "left kick": "Z", "right kick": "V"}
+NOBODY = "nobody"
+BESIDE_COLOUR = "#4080cc"
+"""Of the second lane's line in the chart: its character's."""
 CLICKS = ("goal with target", "goal only", "ball")
 FOLLOW_M, BESIDE_M = 1.6, 0.9
 """The camera comes along when who is watched is so far from where it began, and looks so far beside [m]."""
@@ -33,6 +38,7 @@ DRAG_N_PER_M, HARDEST_DRAG_N = 400.0, 600.0
 ABOUT = (
     "Click the floor to set a goal. Drag a body to push it (400 N a metre, for 0.2 s). Solid: the simulated body. Transparent blue: its reference, which is no simulation. "
     "On the floor: support polygon (green), COM (black), XcoM (orange), centre of pressure (pink). "
+    "Two arms side by side: the one behind is drawn 2.5 m to the left of where it is, in blue, also in the chart. "
     "The chart's margin is clipped to ±0.3 m; in flight it is shown as -0.3."
 )
 
@@ -86,7 +92,7 @@ class Page:
     def _rebuild(self) -> None:
         """Another world: draw its bodies instead."""
         with self.session.lock:
-            version, stage, characters = self.session.version, self.session.stage, self.session.director.characters
+            version, (stage, characters) = self.session.version, self.session.shown
         scene = self.client.scene
         scene.reset()
         scene.set_up_direction("+z")
@@ -101,7 +107,9 @@ class Page:
                 group.handle.on_drag("left")(partial(self._dragged, [int(one) for one in group.body_ids]))
         self._focus = np.zeros(2) if self.session.is_duel else np.array([1.3, 0.0])
         x = float(self._focus[0]) + BESIDE_M  # the controls cover the right of the page
-        self.client.camera.position, self.client.camera.look_at = (x, -4.4, 1.9), (x, 0.0, 0.75)
+        two = len(self.session.lanes) > 1  # from higher up, so that who is in front does not hide who is behind
+        self.client.camera.position = (x, -4.4, 3.6 if two else 1.9)
+        self.client.camera.look_at = (x, LANE_M / 2, 0.6) if two else (x, 0.0, 0.75)
 
     @property
     def frame_rate(self) -> float:
@@ -125,15 +133,18 @@ class Page:
         self._level = gui.add_progress_bar(0.0)
         self._charts = [
             gui.add_uplot(
-                (np.zeros(2), np.zeros(2)),
-                ({"label": "time [s]"}, {"label": label, "stroke": colour, "width": 2}),
+                (np.zeros(2), *(np.zeros(2) for _ in lines)),
+                ({"label": "time [s]"}, *({"label": name, "stroke": colour, "width": 2} for name, colour in lines)),
                 height=150,
                 padding=(10, 8, 0, 0),
                 scales={"x": {"time": False}, "y": {"range": span}},
                 legend={"show": False},
                 axes=({"size": 32}, {"label": label, "labelSize": 16, "size": 44}),
             )
-            for label, colour, span in (("α", "#e67800", (0.0, 1.0)), ("margin [m]", "#148c50", (-0.3, 0.3)))
+            for label, lines, span in (
+                ("α", (("α", "#e67800"),), (0.0, 1.0)),
+                ("margin [m]", (("beside", BESIDE_COLOUR), ("margin", "#148c50")), (-0.3, 0.3)),
+            )
         ]
 
     def _build_controls(self) -> None:
@@ -148,6 +159,10 @@ class Page:
             self._target = gui.add_dropdown("target", tuple(LAUNCHES), initial_value="kick")
             self._arm = gui.add_dropdown("arm", ARMS, initial_value=session.settings.arm)
             self._arm.on_update(self._does(lambda: session.switch(self._arm.value)))
+            self._beside = gui.add_dropdown(
+                "beside it", (NOBODY, *ARMS), initial_value=session.settings.beside or NOBODY
+            )
+            self._beside.on_update(self._does(self._show_beside))
             for name, key in HOTKEYS.items():
                 gui.add_button(f"{name} ({key})").on_click(self._does(partial(session.launch, name)))
         with gui.add_folder("Duel: the avatar", expand_by_default=False):
@@ -182,12 +197,18 @@ class Page:
             if set(group.body_ids.tolist()) <= ghosts:
                 group.handle.visible = self._with_ghost.value
 
+    def _show_beside(self) -> None:
+        arm = None if self._beside.value == NOBODY else self._beside.value
+        if arm != self.session.settings.beside:
+            self.session.show_beside(arm)
+
     def _clicked(self, event: viser.SceneClickEvent) -> None:
         origin, direction = np.array(event.ray_origin), np.array(event.ray_direction)
         if direction[2] > -1e-3 or origin[2] <= 0:
             return  # above the horizon
         x, y, _ = origin - origin[2] / direction[2] * direction
-        point = float(x), float(y)
+        # what is drawn beside is simulated at the same place as the first
+        point = float(x), float(y) - (LANE_M if len(self.session.lanes) > 1 and y > LANE_M / 2 else 0.0)
         target = self._target.value if self._click.value == CLICKS[0] and not self.session.is_duel else None
         if self._click.value == BALL:
             self._do(lambda: self.session.set_ball(point))
@@ -217,17 +238,18 @@ class Page:
     def _write_status(self, moment: Moment) -> None:
         session, caption = self.session, moment.caption
         state = "paused" if session.paused else f"simulated at **{session.rate:.2f} × real time**"
-        if session.tracker.end:
-            state = f"the simulation {session.tracker.end}"
+        if session.ended:
+            state = f"the simulation {session.ended}"
         if not self._live.value:
             state += f", looking back at {moment.time:.2f} s"
         shown = self.frame_rate
         lines = [
             f"{state}, {shown:.0f} frames/s shown; time {moment.time:.2f} s",
-            f"preset {session.settings.preset}, seed {session.settings.seed}; arm {session.settings.arm}",
+            f"preset {session.settings.preset}, seed {session.settings.seed}; arm {session.settings.arm}"
+            + (f" (front), {session.settings.beside} (behind)" if session.settings.beside else ""),
             *(f"**{doing}**" for doing in caption.doing),
             *(f"{words}: {chance:.0%}" for words, chance in caption.chances),
-            _fallen(moment, session.is_duel),
+            _fallen(moment, session.is_duel, len(session.director.characters)),
             f"outside force {np.linalg.norm(moment.push):.0f} N" if any(moment.push) else "outside force: none",
             f"_{session.told}_",
         ]
@@ -237,23 +259,33 @@ class Page:
         self._level.visible = not session.is_duel
         if self._scenes.value != session.settings.scene:
             self._scenes.value = session.settings.scene
+        if self._beside.value != (session.settings.beside or NOBODY):
+            self._beside.value = session.settings.beside or NOBODY
 
     def _draw_charts(self, moment: Moment) -> None:
         shown = [one for one in self.session.history.all() if moment.time - CHART_S <= one.time <= moment.time][::4]
         if len(shown) < 2:
             return
         times = np.array([one.time for one in shown])
-        series = (
-            np.nan_to_num([one.caption.level for one in shown]),
-            np.clip(np.nan_to_num([one.marks[0].margin for one in shown], nan=-0.3), -0.3, 0.3),
-        )
-        for chart, values in zip(self._charts, series):
-            chart.data = (times, values)
+        count = len(self.session.director.characters)
+        beside = count if len(shown[-1].marks) > count else 0  # without a second lane, its line lies under the first
+        self._charts[0].data = (times, np.nan_to_num([one.caption.level for one in shown]))
+        self._charts[1].data = (times, _margins(shown, beside), _margins(shown, 0))
 
 
-def _fallen(moment: Moment, duel: bool) -> str:
+def _margins(moments: list[Moment], body: int) -> FloatArray:
+    """Margins of stability of a body for the chart [m]: cut, and at the lower edge in flight."""
+    margins = [one.marks[body].margin if body < len(one.marks) else np.nan for one in moments]
+    return np.clip(np.nan_to_num(margins, nan=-0.3), -0.3, 0.3)
+
+
+def _fallen(moment: Moment, duel: bool, count: int) -> str:
+    """Who is down, in words; `count` bodies are in each lane."""
     if not moment.fallen:
         return ""
     if duel:  # the fight waits for who gets up
         return f"**DOWN**: {', '.join('AB'[one] for one in moment.fallen)}"
-    return "**FALLEN**: begin anew" if 0 in moment.fallen else "**an opponent is down**"
+    led = [one // count for one in moment.fallen if one % count == 0]
+    if len(moment.bodies) > count and led:
+        return f"**FALLEN**: {' and '.join(('in front', 'behind')[one] for one in led)}; begin anew"
+    return "**FALLEN**: begin anew" if led else "**an opponent is down**"

@@ -22,19 +22,18 @@ from simprep.app.aiming import task_at
 from simprep.app.approaching import Approaching
 from simprep.app.director import Director, Point
 from simprep.app.dueling import Dueling
-from simprep.app.moments import FPS, FloorReader, History, Moment
+from simprep.app.lane import Lane, both, both_stages
+from simprep.app.moments import FPS, History, Moment
 from simprep.app.page_tracker import PageTracker
-from simprep.app.stage import BALL, LAUNCHES, STAGES, ball_on_post, ball_task, stage, struck
+from simprep.app.stage import BALL, LAUNCHES, STAGES, Stage, ball_on_post, ball_task, stage, struck
+from simprep.character import Character
 from simprep.duel.fight.modes import MODES
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.edit import at_origin
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
 from simprep.physics.controller import ControllerFactory
-from simprep.physics.pushes import Push
-from simprep.physics.settings import SimulationSettings
 from simprep.preparation.scenario import ARMS
-from simprep.scene import SceneSettings
 
 SCENES = (*STAGES, *(f"duel {mode}" for mode in MODES))
 """What can be shown."""
@@ -55,6 +54,7 @@ class SessionSettings:
         controller: `mpc`, `pd` or your own.
         seed: of all chance.
         folder: where motions are saved; nothing is written outside it.
+        beside: another of `ARMS`, which is simulated and shown beside the first; None: none. A fight has none.
     """
 
     scene: str = "ball"
@@ -63,6 +63,7 @@ class SessionSettings:
     controller: str | ControllerFactory = "mpc"
     seed: int = 0
     folder: Path = field(default=Path("results/app"))
+    beside: str | None = None
 
 
 class Session:
@@ -73,6 +74,7 @@ class Session:
         director: makes who leads the bodies in a scene; None: the learned controller, or the fight model.
 
     Attributes:
+        lanes: the simulated worlds: one, or two for two arms side by side. What is asked for is done in both.
         history: the last minute.
         paused: whether `advance` waits.
         told: what went wrong or was done last, in words.
@@ -92,9 +94,31 @@ class Session:
         self._ball: Point | None = None
         self._clock: deque[tuple[float, float]] = deque(maxlen=4 * FPS)
         self._steps_asked = 0
-        if self.settings.arm not in ARMS:
-            raise UnknownNameError("arm", self.settings.arm, ARMS)
+        for arm in (self.settings.arm, self.settings.beside or self.settings.arm):
+            if arm not in ARMS:
+                raise UnknownNameError("arm", arm, ARMS)
         self.restart(self.settings.scene)
+
+    @property
+    def tracker(self) -> PageTracker:
+        """Of the first lane."""
+        return self.lanes[0].tracker
+
+    @property
+    def director(self) -> Director:
+        """Of the first lane."""
+        return self.lanes[0].director
+
+    @property
+    def shown(self) -> tuple[Stage, tuple[Character, ...]]:
+        """What is drawn: things and bodies of all lanes, the first one's first."""
+        stage = self.stage if len(self.lanes) == 1 else both_stages(self.stage)
+        return stage, tuple(one for lane in self.lanes for one in lane.director.characters)
+
+    @property
+    def ended(self) -> str | None:
+        """How a simulation ended that cannot go on; None while all do."""
+        return next((lane.tracker.end for lane in self.lanes if lane.tracker.end), None)
 
     @property
     def time(self) -> float:
@@ -131,24 +155,13 @@ class Session:
             self.stage = stage("empty" if self.is_duel else scene)
             if scene == "ball" and self._ball is not None:
                 self.stage = replace(self.stage, obstacles=ball_on_post(self._ball))
-            self.director: Director
-            if self._custom is not None:
-                self.director = self._custom()
-            elif self.is_duel:
-                self.director = Dueling(scene.removeprefix("duel "), s.seed, optimise=s.arm == "optimised")
-            else:
-                self.director = Approaching(self.stage, s.arm)
-            world = SceneSettings(obstacles=self.stage.obstacles)
-            self.tracker = PageTracker(
-                self.director.characters, s.preset, s.seed, s.controller, SimulationSettings(scene=world)
+            if self.is_duel and s.beside is not None:
+                s = self.settings = replace(s, beside=None)
+            self.lanes = tuple(
+                Lane(self.stage, self._directed(arm), arm, s.preset, s.seed, s.controller)
+                for arm in (s.arm, s.beside)
+                if arm is not None
             )
-            self.director.begin(self.tracker)
-            model, bodies = self.tracker.model, self.tracker.bodies
-            self._floor = [FloorReader(model, body) for body in bodies]
-            self._things = np.array(
-                [int(model.jnt_qposadr[model.joint(one.name).id]) for one in self.stage.moving], dtype=int
-            )
-            self._push: tuple[float, float, tuple[float, float, float], int] | None = None
             self._time, self._moments = 0.0, 0
             self.history.clear()
             self._clock.clear()
@@ -160,13 +173,14 @@ class Session:
         with self.lock:
             tasks = self.stage.tasks
             if self._ball is not None and self.settings.scene == "ball":
-                tasks = (ball_task(self._ball, self._own_place()),)
+                tasks = (ball_task(self._ball, self.lanes[0].own_place),)
             if not isinstance(self.director, Approaching) or not tasks:
                 raise SettingError(f"scene {self.settings.scene} has no tasks of its own; click the floor")
             strike = struck(self.stage)
-            if strike is not None and np.linalg.norm(self.tracker.data.qpos[self._things[0] :][:3] - strike) > 0.02:
+            if strike is not None and any(np.linalg.norm(lane.place_of(0) - strike) > 0.02 for lane in self.lanes):
                 raise SettingError("the ball is not on its post any more; begin anew")
-            self.director.go(*tasks, strike=strike)
+            for one in self._approaching():
+                one.go(*tasks, strike=strike)
             self.told = "on the way"
 
     def set_goal(self, goal: Point, target: str | None = None) -> None:
@@ -176,7 +190,9 @@ class Session:
             if isinstance(self.director, Dueling):
                 self.director.request("", goal)
             else:
-                self._approaching().go(task_at(goal, None if target is None else _launched(target)))
+                task = task_at(goal, None if target is None else _launched(target))
+                for one in self._approaching():
+                    one.go(task)
             self.told = f"goal {goal[0]:.2f}, {goal[1]:.2f}"
 
     def set_ball(self, place: Point) -> None:
@@ -196,27 +212,42 @@ class Session:
             if isinstance(self.director, Dueling):
                 self.director.request(name)
             else:
-                self._approaching().launch(_launched(name))
+                target = _launched(name)
+                for one in self._approaching():
+                    one.launch(target)
             self.told = name
 
     def switch(self, arm: str) -> None:
-        """Prepare in another way from the next action on; one of `ARMS`."""
+        """Prepare in another way from the next action on; one of `ARMS`. It is the first lane that does."""
         with self.lock:
             if arm not in ARMS:
                 raise UnknownNameError("arm", arm, ARMS)
             if isinstance(self.director, Approaching):
                 self.director.switch(arm)
+            self.lanes[0].arm = arm
             self.settings = replace(self.settings, arm=arm)
             self.told = f"arm {arm}"
 
-    def push(self, force: float, angle_deg: float = 0.0, seconds: float = 0.2, body: int = 0, segment: int = 0) -> None:
+    def show_beside(self, arm: str | None) -> None:
+        """Begin anew with another of `ARMS` beside the present one, or without; SettingError in a duel."""
+        with self.lock:
+            if arm is not None and arm not in ARMS:
+                raise UnknownNameError("arm", arm, ARMS)
+            if arm is not None and self.is_duel:
+                raise SettingError("a fight is shown in one arm; valid: a scene of the preparation")
+            self.settings = replace(self.settings, beside=arm)
+            self.restart()
+
+    def push(
+        self, force: float, angle_deg: float = 0.0, seconds: float = 0.2, body: int | None = None, segment: int = 0
+    ) -> None:
         """Push a body sideways, an outside force.
 
         Args:
             force: up to `HARDEST_N` [N].
             angle_deg: direction in the world: 0 along x, 90 along y [deg].
             seconds: how long.
-            body: number of who is pushed.
+            body: number of who is pushed, among those of all lanes; None: the first of each lane.
             segment: where, a number in its segments; 0: the pelvis.
         """
         if not (0 < force <= HARDEST_N and 0 < seconds <= LONGEST_PUSH_S and np.isfinite(angle_deg)):
@@ -226,13 +257,13 @@ class Session:
         with self.lock:
             angle = np.radians(angle_deg)
             vector = (float(force * np.cos(angle)), float(force * np.sin(angle)), 0.0)
-            bodies = self.tracker.bodies
-            if not (0 <= body < len(bodies) and 0 <= segment < len(bodies[body].segment_names)):
-                raise SettingError(f"nothing to push: body {body}, segment {segment}")
-            name = bodies[body].prefix + bodies[body].segment_names[segment]
-            self.tracker.push(Push(name, self._time, seconds, vector))
-            self._push = (self._time, self._time + seconds, vector, body)
-            self.told = f"push of {force:.0f} N at {name}, from outside"
+            count = len(self.lanes[0].director.characters)
+            if body is None:
+                names = {lane.push(vector, seconds, 0, segment) for lane in self.lanes}
+            else:
+                lane = self.lanes[min(max(body // count, 0), len(self.lanes) - 1)]
+                names = {lane.push(vector, seconds, body - count * self.lanes.index(lane), segment)}
+            self.told = f"push of {force:.0f} N at {', '.join(names)}, from outside"
 
     def pause(self, paused: bool = True) -> None:
         """Wait, or go on."""
@@ -250,19 +281,20 @@ class Session:
                 if not self._steps_asked:
                     return False
                 self._steps_asked -= 1
-            tracker, director = self.tracker, self.director
-            if tracker.end:
+            if self.ended:
                 return False
             self._moments += 1
-            director.advance(self._moments / FPS)
-            if tracker.end:
-                self.told = f"the simulation {tracker.end}; begin anew"
-            self._time = tracker.state.time
+            for lane in self.lanes:
+                lane.director.advance(self._moments / FPS)
+            if self.ended:
+                self.told = f"the simulation {self.ended}; begin anew"
+            self._time = self.tracker.state.time
             self.history.add(self._moment())
             self._clock.append((time.perf_counter(), self._time))
-            if self._time > director.longest_s:
+            longest = self.director.longest_s
+            if self._time > longest:
                 self.restart()
-                self.told = f"began anew after {director.longest_s:g} s"
+                self.told = f"began anew after {longest:g} s"
             return True
 
     def save(self, name: str, body: int = 0, seconds: float | None = None) -> Path:
@@ -277,7 +309,7 @@ class Session:
             moments = self.history.all()
             if seconds is not None:
                 moments = moments[-max(2, round(seconds * FPS)) :]
-            characters = self.director.characters
+            _, characters = self.shown
         if len(moments) < 2 or not 0 <= body < len(characters):
             raise SettingError("nothing to save yet")
         motion = Motion(
@@ -292,39 +324,34 @@ class Session:
         self.told = f"saved {path}"
         return path
 
-    def _approaching(self) -> Approaching:
-        if not isinstance(self.director, Approaching):
-            raise SettingError("in a duel, ask for what fighters do; valid: a scene of the preparation")
-        newest = self.newest
-        if newest is not None and 0 in newest.fallen:
-            raise SettingError("the character is down; begin anew")
-        return self.director
+    def _directed(self, arm: str) -> Director:
+        """Who leads a new lane."""
+        if self._custom is not None:
+            return self._custom()
+        s = self.settings
+        if self.is_duel:
+            return Dueling(s.scene.removeprefix("duel "), s.seed, optimise=arm == "optimised")
+        return Approaching(self.stage, arm)
 
-    def _own_place(self) -> Point:
-        pose = self.tracker.state.reference_qpos[0]
-        return float(pose[0]), float(pose[1])
+    def _approaching(self) -> list[Approaching]:
+        """Who leads the character of each lane in which it still stands."""
+        directors = [lane.director for lane in self.lanes]
+        if not all(isinstance(one, Approaching) for one in directors):
+            raise SettingError("in a duel, ask for what fighters do; valid: a scene of the preparation")
+        up = [
+            lane.director
+            for lane in self.lanes
+            if isinstance(lane.director, Approaching) and 0 not in lane.tracker.state.fallen
+        ]
+        if not up:
+            raise SettingError("the character is down; begin anew")
+        return up
 
     def _moment(self) -> Moment:
-        state, data = self.tracker.state, self.tracker.data
-        push, pushed = (0.0, 0.0, 0.0), 0
-        if self._push is not None and self._push[0] <= self._time <= self._push[1] + 1 / FPS:
-            push, pushed = self._push[2:]
-        return Moment(
-            time=state.time,
-            bodies=state.bodies_qpos,
-            references=state.reference_qpos,
-            things=np.array([data.qpos[at : at + 7] for at in self._things]).reshape(-1, 7),
-            marks=tuple(reader.read(data) for reader in self._floor),
-            caption=self.director.caption(state.time),
-            hits=tuple(
-                (hit.parts, hit.impulse, (float(hit.position[0]), float(hit.position[1]), float(hit.position[2])))
-                for hit in self.tracker.hits.hits
-                if hit.last > state.time - 0.5
-            ),
-            push=push,
-            pushed=pushed,
-            fallen=state.fallen,
-        )
+        moments = [lane.moment() for lane in self.lanes]
+        if len(moments) == 1:
+            return moments[0]
+        return both(moments[0], moments[1], (self.lanes[0].arm, self.lanes[1].arm))
 
 
 def _launched(name: str) -> str:

@@ -25,6 +25,9 @@ class AppCommand(BaseCommand):
     arm: Annotated[str, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = "optimised"
     """How the character prepares: none, traditional, blended or optimised."""
 
+    beside: Annotated[str | None, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = None
+    """Another way of preparing, simulated and shown beside the first: the same scene, seed and commands."""
+
     preset: Annotated[str, tyro.conf.arg(metavar="NAME", help_behavior_hint="")] = "live"
     """Effort of the tracking controller: live, default or bake. The page shows how fast it runs."""
 
@@ -54,7 +57,9 @@ class AppCommand(BaseCommand):
         from simprep.app.session import Session, SessionSettings
 
         output.say("making the motion graph and the controller ...")
-        session = Session(SessionSettings(self.scene, self.arm, self.preset, self.controller, self.seed, self.out))
+        session = Session(
+            SessionSettings(self.scene, self.arm, self.preset, self.controller, self.seed, self.out, self.beside)
+        )
         app = App(session, self.host, self.port)
         # also with --json and --quiet: without it the page cannot be found
         print(f"simprep app: {app.address} (Ctrl-C ends it)", file=sys.stderr, flush=True)

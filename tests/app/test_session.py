@@ -1,6 +1,10 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from simprep.app.display import Display
+from simprep.app.lane import LANE_M
 from simprep.app.moments import FPS, History
 from simprep.app.session import Session, SessionSettings
 from simprep.errors import SettingError, UnknownNameError
@@ -124,3 +128,48 @@ def test_things_with_a_mass_move_and_are_no_bodies():
     assert 0.1 < data.qpos[at + 2] < 0.2
     with pytest.raises(SettingError, match="0 \\(fixed\\) or more"):
         Obstacle("bad", (0, 0, 0), (1, 1, 1), mass=-1)
+
+
+def test_two_arms_side_by_side_are_two_worlds_that_hear_the_same(tmp_path):
+    session = Session(SessionSettings("ball", arm="optimised", beside="none", controller="pd", folder=tmp_path))
+    alone = Session(SessionSettings("ball", arm="optimised", controller="pd", folder=tmp_path))
+    run(session, 5)
+    run(alone, 5)
+    moment = session.newest
+    assert len(moment.bodies) == len(moment.marks) == 2
+    np.testing.assert_array_equal(moment.bodies[0], alone.newest.bodies[0])  # the first lane is as it were alone
+    np.testing.assert_array_equal(moment.things[0], alone.newest.things[0])
+    # standing still, both arms are the same but for where they are drawn
+    aside = np.zeros_like(moment.bodies[0])
+    aside[1] = LANE_M
+    np.testing.assert_allclose(moment.bodies[1] - moment.bodies[0], aside, atol=1e-12)
+    np.testing.assert_allclose(moment.marks[1].com - moment.marks[0].com, (0, LANE_M), atol=1e-12)
+    assert [words.split(":")[0] for words in moment.caption.doing] == ["optimised", "none"]
+    stage, characters = session.shown
+    assert len(characters) == 2
+    assert [one.name for one in stage.moving] == ["ball", "beside_ball"]
+    assert Display(characters, stage).pose(moment).qpos is not None
+
+    session.launch("kick")
+    assert all(lane.director.busy for lane in session.lanes)
+    assert [lane.director.world.prepare for lane in session.lanes] == [True, False]
+    session.push(150, 90)
+    run(session, 3)
+    assert session.newest.pushed == (0, 1)
+    session.push(150, 90, body=1)
+    run(session, 11)  # the first push is over
+    assert session.newest.pushed == (1,)
+    path = session.save("second", body=1)
+    assert len(read_motion(path)) == 19
+
+    session.show_beside(None)
+    run(session, 1)
+    assert len(session.newest.bodies) == 1
+    with pytest.raises(UnknownNameError, match="traditional"):
+        session.show_beside("best")
+
+
+def test_a_fight_is_shown_in_one_arm(session):
+    session.settings = replace(session.settings, scene="duel automatic")
+    with pytest.raises(SettingError, match="one arm"):
+        session.show_beside("none")
