@@ -1,5 +1,6 @@
 """All checks of one motion."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,11 +10,12 @@ from simprep.check.finding import FAIL, WARN, Finding, worst
 from simprep.check.floor import collisions, floating, footing, skating
 from simprep.check.limits import joint_range, joint_velocity, jumps, torque
 from simprep.check.subject import subject
+from simprep.display import SelfShowing, data_frame
 from simprep.motion.motion import Motion
 
 
 @dataclass(frozen=True)
-class MotionCheck:
+class MotionCheck(SelfShowing):
     """What is wrong with a motion.
 
     Attributes:
@@ -48,6 +50,26 @@ class MotionCheck:
     def raised(self) -> tuple[str, ...]:
         """Names of the checks that did not pass."""
         return tuple(one.check for one in self.findings if one.verdict in (WARN, FAIL))
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(check)` and Jupyter show: the verdict, and what was raised."""
+        raised = {
+            one.check: f"{one.verdict}: {'' if one.value is None else f'{one.value:.4g} {one.unit}'}"
+            + (f" ({one.where})" if one.where else "")
+            for one in self.findings
+            if one.check in self.raised
+        }
+        return self.name, {
+            "verdict": self.verdict,
+            "body": self.character,
+            "frames": f"{self.frames} at {self.fps:g}/s",
+            "checks": len(self.findings),
+            **raised,
+        }
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame: a row for each check."""
+        return data_frame([one.as_dict() for one in self.findings])
 
     def as_dict(self) -> dict[str, Any]:
         """Plain values for JSON."""

@@ -6,15 +6,16 @@ with each other, with a target before its target movement, and with a target aft
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from itertools import permutations
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from scipy.ndimage import minimum_filter
 from scipy.spatial.distance import cdist
 
 from simprep.arrays import FloatArray
+from simprep.display import SelfShowing, data_frame
 from simprep.errors import MotionError, SettingError, UnknownNameError
 from simprep.motion.edit import repeat, resample
 from simprep.motion.motion import Motion
@@ -94,12 +95,24 @@ class Transition:
 
 
 @dataclass(frozen=True)
-class MotionGraph:
+class MotionGraph(SelfShowing):
     """Nodes, core nodes first; transitions, sorted by source, target, kind, then distance; and settings."""
 
     nodes: tuple[Node, ...]
     transitions: tuple[Transition, ...]
     settings: GraphSettings = GraphSettings()
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(graph)` and Jupyter show."""
+        return "motion graph", {
+            "core nodes": ", ".join(self.core),
+            "targets": len(self.targets),
+            **{f"transitions, {kind}": sum(one.kind == kind for one in self.transitions) for kind in KINDS},
+        }
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame of the transitions: between which frames, how far apart [m], and of which kind."""
+        return data_frame([asdict(one) for one in self.transitions])
 
     @property
     def core(self) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from simprep.controller.displacement import DisplacementTable
 from simprep.controller.settings import ControllerSettings, RewardSettings
 from simprep.controller.spaces import ACTIONS, ALPHA_LEVELS, ALPHA_STEP, Action, Observation, encode
 from simprep.controller.value_iteration import STATE_SHAPE
+from simprep.display import SelfShowing
 from simprep.errors import MotionFileError
 from simprep.preparation.settings import PreparationSettings
 
@@ -20,7 +21,7 @@ SCHEMA = "simprep.policy/1"
 
 
 @dataclass(frozen=True)
-class Policy:
+class Policy(SelfShowing):
     """The greedy policy of a trained controller, with what it was trained for.
 
     Attributes:
@@ -39,6 +40,16 @@ class Policy:
         """The action in a state; `alpha` is the unfiltered level commanded last, 1 once the influence was reached."""
         choice = int(self.actions[encode(observation)])
         return Action(choice // ALPHA_LEVELS, choice % ALPHA_LEVELS * ALPHA_STEP)
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(policy)` and Jupyter show."""
+        return "policy", {
+            "core nodes": ", ".join(self.settings.cores),
+            "levels of preparation": ALPHA_LEVELS,
+            "states": self.actions.size,
+            "an action [s]": round(self.action_frames / self.table.fps, 3),
+            **{f"found by: {name}": value for name, value in self.origin.items()},
+        }
 
     @property
     def action_frames(self) -> int:

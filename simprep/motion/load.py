@@ -8,6 +8,7 @@ from typing import Any
 
 from simprep.archive import find_archive
 from simprep.character import Character
+from simprep.display import SelfShowing
 from simprep.errors import MotionError, MotionFileError, SettingError
 from simprep.humanoid_model import humanoid, humanoid_of_leg
 from simprep.motion.formats.format import DEFAULT_OPTIONS, ReadMotion, ReadOptions
@@ -21,7 +22,7 @@ from simprep.motion.store import SCHEMA
 
 
 @dataclass(frozen=True)
-class ImportReport:
+class ImportReport(SelfShowing):
     """What an import did.
 
     Attributes:
@@ -53,6 +54,22 @@ class ImportReport:
     def doubtful(self) -> bool:
         """Whether some limb is not where the source has it (`simprep.motion.import_check`)."""
         return self.check is not None and self.check.doubtful
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(report)` and Jupyter show."""
+        worst = self.check.worst_limb if self.check else None
+        return self.recognised or "import", {
+            "frames": f"{self.frames} at {self.fps:g}/s",
+            "length [s]": round(self.duration_s, 2),
+            "up": self.up,
+            "metres per unit": self.scale,
+            "residual [mm]": self.residual_mm if self.check else None,
+            "worst limb": f"{worst}, 95 % within {self.check.limbs[worst].p95_deg:.1f} deg"
+            if self.check and worst
+            else None,
+            "doubtful": self.doubtful,
+            "warnings": len(self.warnings),
+        }
 
     def as_dict(self) -> dict[str, Any]:
         """Everything as plain values for JSON, the check's entries among them, limbs by name."""

@@ -10,12 +10,21 @@ from rich.console import Console
 from rich.table import Table
 
 from simprep import evaluate_run, humanoid, library_motion, track
+from simprep.check.motion_check import check_motion
+from simprep.controller.best import best_policy
+from simprep.controller.graph import build_graph
+from simprep.controller.runtime.approach import Approach
+from simprep.controller.runtime.task import ActionRecord
+from simprep.controller.spaces import Observation
 from simprep.display import fact_table, table_html
+from simprep.duel.fight.fight import Fight, FightAction
+from simprep.duel.labels.labels import Label
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MissingExtraError, MotionError
 from simprep.metrics.balance import balance
 from simprep.metrics.margins import step_margins
 from simprep.motion.edit import move, repeat
+from simprep.motion.load import ImportReport
 from simprep.regression.compare import Comparison, Row
 from simprep.study.bisection import DoseLimit
 from simprep.study.push_limits import PushLimits, PushSettings
@@ -139,13 +148,31 @@ def results():
     limit = DoseLimit((1.0, 0.5), (True, False), 0.75, 0.5)
     row = Row("walk", "mpjpe_mm", 20.0, 23.0, 18.0, 22.0, "worse", (1, 1))
     walk = repeat(library_motion("walk"), 2)
+    graph = build_graph([library_motion("walk"), library_motion("stand")], [library_motion("punch_right")])
     margins = step_margins(walk, balance(walk))
     return [
         (PushLimits(settings, ((100.0, 120.0), (80.0, 90.0)), (False, False), 2.0, 130.0), "110 (100 to 120)", 2),
         (Stability((MeasureLimits("friction", (0, 1), ((limit, limit),)),), runs=5), "dose_friction", 2),
         (Comparison((row,)), "failed", 1),
         (margins, "step_margin_ml_left_mm", len(margins.steps)),
+        (fight(), "A: 1, B: 2", 3),
+        (check_motion(walk), "verdict", len(check_motion(walk).findings)),
+        (graph, "transitions, core", len(graph.transitions)),
+        (approached(walk), "until the goal [s]", 1),
     ]
+
+
+def fight():
+    """Two who stand; B steps half-way."""
+    motion = library_motion("stand")[:12]
+    stand, step = Label(move="L-L").code, Label(left_punch="fwd", move="L-R").code
+    actions = (FightAction(0, 0, 12, stand), FightAction(1, 0, 6, stand), FightAction(1, 6, 12, step, moment=9))
+    return Fight(DuelStream((motion, move(motion, (1.0, 0.0), np.pi))), actions, seed=3)
+
+
+def approached(motion):
+    action = ActionRecord(0, "walk", 0.2, False, 0.2, 1.5, Observation(0.0, 0, 1.5, 0.0, 1.5, 0.0), (1.0,))
+    return Approach(motion, True, 1.2, np.zeros(len(motion)), (action,), (20,), 0.95, 0.2, len(motion), 0.1, 0.1)
 
 
 def test_results_of_studies_show_themselves_and_are_data_frames():
@@ -154,7 +181,7 @@ def test_results_of_studies_show_themselves_and_are_data_frames():
         assert told in printed(value)
         assert told in value._repr_html_()
         assert len(value.to_dataframe()) == rows
-    limits, stable, compared, _ = (value for value, _, _ in results())
+    limits, stable, compared, *_ = (value for value, _, _ in results())
     assert limits.to_dataframe()["max_force_n"].tolist() == [110.0, 85.0]
     assert stable.to_dataframe()["survived"].tolist() == [0.75, 0.75]
     assert compared.to_dataframe()["now"].tolist() == [23.0]
@@ -167,3 +194,19 @@ def test_a_stream_is_sliced_as_a_motion(motion):
     assert stream[:6].clips == ("one",)
     with pytest.raises(MotionError, match="valid: frames a:b"):
         stream[::2]
+    fought = next(value for value, _, _ in results() if isinstance(value, Fight)).to_dataframe()
+    assert fought["player"].tolist() == ["A", "B", "B"]
+    assert fought["moment_s"].tolist()[2] == pytest.approx(9 / library_motion("stand").fps)
+
+
+def test_policies_models_and_imports_tell_what_they_are():
+    policy = best_policy()
+    report = ImportReport(30, 60.0, 0.5, None, "z", 0.01, ("a word",), "BVH file x.bvh")
+    for value, told in (
+        (policy, "core nodes"),
+        (policy, "value iteration"),
+        (report, "BVH file x.bvh"),
+        (report, "30 at 60/s"),
+    ):
+        assert told in printed(value)
+        assert told in value._repr_html_()

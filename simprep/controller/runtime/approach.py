@@ -1,7 +1,8 @@
 """Approach goals under a policy, one target after the other, as one motion."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -9,6 +10,7 @@ from simprep.arrays import FloatArray
 from simprep.controller.runtime.performer import Performer
 from simprep.controller.runtime.task import ActionRecord, Pursuit, Task, World
 from simprep.controller.spaces import SETTLES_S
+from simprep.display import SelfShowing, data_frame
 from simprep.errors import MotionError, SettingError
 from simprep.motion.edit import cut
 from simprep.motion.kinematics import forward_kinematics
@@ -26,7 +28,7 @@ KEPT = 0.6
 
 
 @dataclass(frozen=True)
-class Approach:
+class Approach(SelfShowing):
     """An approach and its target, or several of them one after the other.
 
     Attributes:
@@ -56,6 +58,27 @@ class Approach:
     frames: int
     synthesis_s: float
     policy_s: float
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(approach)` and Jupyter show."""
+        return "approach", {
+            "reached": self.reached,
+            "until the goal [s]": self.time_s,
+            "length [s]": round(self.motion.duration, 2),
+            "actions": len(self.actions),
+            "launches [s]": ", ".join(f"{at / self.motion.fps:.2f}" for at in self.launches),
+            "level of preparation at the influence": self.alpha_at_influence,
+            "largest change of the level": self.max_alpha_jump,
+        }
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame of the actions: when each began [s], core node, level, distance to the goal [m]."""
+        rows = [
+            {"time_s": one.frame / self.motion.fps, "node": one.node, "alpha": one.alpha, "forced": one.forced,
+             "goal_distance_m": one.goal_distance}
+            for one in self.actions
+        ]  # fmt: skip
+        return data_frame(rows)
 
     @property
     def fps(self) -> float:

@@ -8,7 +8,9 @@ from typing import Any
 import numpy as np
 
 from simprep.arrays import IntArray
-from simprep.duel.stream.stream import DuelStream
+from simprep.display import SelfShowing, data_frame
+from simprep.duel.labels.labels import Label
+from simprep.duel.stream.stream import PLAYERS, DuelStream
 from simprep.errors import MotionError
 
 NONE = -1
@@ -42,7 +44,7 @@ class FightAction:
 
 
 @dataclass(frozen=True)
-class Fight:
+class Fight(SelfShowing):
     """Two fighters' motions and the actions they are made of.
 
     Attributes:
@@ -78,6 +80,40 @@ class Fight:
     def of(self, player: int) -> tuple[FightAction, ...]:
         """Actions of one player, in order of time."""
         return tuple(one for one in self.actions if one.player == player)
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(fight)` and Jupyter show."""
+        own = [self.of(player) for player in range(len(self.stream.players))]
+        return f"fight, {self.mode}", {
+            "bodies": ", ".join(motion.character.name for motion in self.stream.players),
+            "length [s]": round(self.stream.duration, 2),
+            "frames": f"{len(self.stream)} at {self.stream.fps:g}/s",
+            "actions": ", ".join(f"{name}: {len(actions)}" for name, actions in zip(PLAYERS, own)),
+            "attacks": ", ".join(
+                f"{name}: {sum(Label.from_code(one.label).attacks for one in actions)}"
+                for name, actions in zip(PLAYERS, own)
+            ),
+            "answered requests": sum(bool(one.request) for one in self.actions),
+            "seed": self.seed,
+        }
+
+    def to_dataframe(self) -> Any:
+        """A pandas DataFrame of the actions, by time: who does what, from when to when [s], and why."""
+        fps = self.stream.fps
+        rows = [
+            {
+                "player": PLAYERS[one.player],
+                "start_s": one.start / fps,
+                "end_s": one.end / fps,
+                "label": str(Label.from_code(one.label)),
+                "moment_s": None if one.moment == NONE else one.moment / fps,
+                "example": None if one.example == NONE else one.example,
+                "request": one.request,
+                "note": one.note,
+            }
+            for one in sorted(self.actions, key=lambda one: (one.start, one.player))
+        ]
+        return data_frame(rows)
 
     @property
     def table(self) -> IntArray:

@@ -4,12 +4,15 @@
 """
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from simprep.archive import find_archive
+from simprep.display import SelfShowing
 from simprep.duel.labels.labels import Label
 from simprep.duel.model.store import SCHEMA, learned_from, read_model, save_model
 from simprep.duel.model.transition_model import DuelModel
@@ -22,7 +25,7 @@ STREAM_FILE = "stream.npz"
 
 
 @dataclass(frozen=True)
-class FightModel:
+class FightModel(SelfShowing):
     """A transition model with its example motions.
 
     Attributes:
@@ -37,6 +40,16 @@ class FightModel:
     model: DuelModel
     stream: DuelStream
     learned_until: int | None = None
+
+    def facts(self) -> tuple[str, Mapping[str, Any]]:
+        """What `rich.print(fight_model)` and Jupyter show."""
+        return f"fight model of {self.stream.name}", {
+            "recorded [s]": round(self.stream.duration, 2),
+            "learned until [s]": None if self.learned_until is None else round(self.learned_until / self.stream.fps, 2),
+            "actions": len(self.model.parameters),
+            "examples": ", ".join(f"{name}: {len(one.examples)}" for name, one in zip(PLAYERS, self.model.players)),
+            "labels": ", ".join(f"{name}: {len(one.labels)}" for name, one in zip(PLAYERS, self.model.graph.graphs)),
+        }
 
     def __post_init__(self) -> None:
         last = int(self.model.graph.actions.end.max())
