@@ -12,6 +12,7 @@ from simprep.metrics.balance import extrapolated_com
 from simprep.metrics.dynamics import residual_wrench
 from simprep.motion.contacts import stances
 from simprep.motion.kinematics import forward_kinematics
+from simprep.motion.rotations import rotation_matrix, unwrapped
 from simprep.motion.support import signed_distance, support_points
 from simprep.physics.whole_body import zero_moment_point
 
@@ -31,6 +32,8 @@ SLOW_FLIGHT_S = 0.3
 PULL_SHARE = 0.35
 """Largest share of time in which captured motions accelerate downwards faster than gravity, by noise."""
 STEP_SHARE, FEWEST_STEPS, SHORTEST_STANCE_S = 0.2, 3, 0.05
+MOST_TURN = np.radians(45.0)
+"""A step that turns the pelvis farther does not walk on, it turns around. Captured walks turn it by 4 to 24 degrees a step."""
 DOUBLE_M, DOUBLE_SHARE = 0.015, 0.18
 """Who walks has both soles this near to the floor for such a share of the time; who runs has not."""
 USUAL_CADENCE = 0.6
@@ -145,6 +148,8 @@ def _cadence(subject: Subject) -> Finding:
     name, unit = "frame rate: steps", "of the pendulum"
     height = pendulum_height(subject)
     com = subject.kinematics.com[:, :2]
+    ahead = rotation_matrix(subject.motion.qpos[:, 3:7])[:, :2, 0]
+    yaw = unwrapped(np.arctan2(ahead[:, 1], ahead[:, 0]))
     falls = sorted(
         (first, side)
         for side in (0, 1)
@@ -154,7 +159,9 @@ def _cadence(subject: Subject) -> Finding:
     gaps = [
         (later - earlier) / subject.fps
         for (earlier, one), (later, other) in pairwise(falls)
-        if one != other and np.linalg.norm(com[later] - com[earlier]) > STEP_SHARE * height
+        if one != other
+        and np.linalg.norm(com[later] - com[earlier]) > STEP_SHARE * height
+        and abs(yaw[later] - yaw[earlier]) < MOST_TURN
     ]
     low = subject.kinematics.foot_points[..., 2].min(axis=-1).max(axis=1) < DOUBLE_M
     if len(gaps) < FEWEST_STEPS or low.mean() < DOUBLE_SHARE or flights(subject):

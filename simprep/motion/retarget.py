@@ -14,8 +14,8 @@ from simprep.character import ROLES, SIDES, Character
 from simprep.errors import MotionError
 from simprep.motion.closed_form import closed_form
 from simprep.motion.foot_stance import knee_offset
-from simprep.motion.retarget_problem import PLACE, ROWS, TURN, Equations, Floor, Pose, rotation_vectors
-from simprep.motion.rotations import multiply_quat
+from simprep.motion.hand_paths import lead_hands
+from simprep.motion.retarget_problem import PLACE, ROWS, TURN, Equations, Floor, Pose, integrated, rotation_vectors
 from simprep.motion.targets import Targets, unit
 
 LARGEST_STEP = 0.5
@@ -44,7 +44,7 @@ class RetargetSettings:
         position_cost: weight of a joint position [1/m].
         trunk_cost: the same for the spine, neck and head, which other skeletons divide differently.
         head_cost: weight of the head's orientation [1/rad].
-        hand_cost: weight of a hand's orientation [1/rad].
+        hand_cost: weight of a hand's orientation [1/rad], and of the hinges of an untold one near the floor.
         foot_cost: weight of a foot's tilt [1/rad].
         foot_turn_cost: weight of a foot's heading [1/rad]; it turns the knee, as our shank has no torsion.
         twist: a knee this far beside the plane of its standing foot halves the weight of the foot's heading [m].
@@ -103,10 +103,14 @@ class Weights:
         settings: of the inverse kinematics.
         targets: tell which orientations the source tells.
         standing: (T, 2) which feet stand.
+        led: (T, joints) how firmly hinges chosen beforehand are pulled: with 1 as if the source told their hand.
     """
 
-    def __init__(self, character: Character, settings: RetargetSettings, targets: Targets, standing: BoolArray) -> None:
-        self.settings, self.standing, model = settings, standing, character.model
+    def __init__(
+        self, character: Character, settings: RetargetSettings, targets: Targets, standing: BoolArray,
+        led: FloatArray | None = None,
+    ) -> None:  # fmt: skip
+        self.settings, self.standing, self.led, model = settings, standing, led, character.model
         self.twisted = _twisted(targets)
         cost = np.full(ROWS, settings.position_cost)
         for role in ROLES:
@@ -132,6 +136,13 @@ class Weights:
         self.tolerance = np.full(model.nv, settings.tolerance)
         for leg in (character.group(f"{side}_leg") for side in SIDES):
             self.tolerance[6 + character.joint_indices([leg[2], *leg[4:]])] = settings.loose_tolerance
+
+    def pulls(self, frames: IndexArray) -> FloatArray:
+        """Squared weights (N, nv) of the pull of these frames to rest."""
+        out = np.tile(self.pull, (len(frames), 1))
+        if self.led is not None:
+            np.maximum(out[:, 6:], self.settings.hand_cost**2 * self.led[frames], out=out[:, 6:])
+        return out
 
     def rows(self, frames: IndexArray) -> FloatArray:
         """Weights of the rows of these frames (N, ROWS)."""
@@ -184,8 +195,11 @@ def solve(
     """
     settings = settings or RetargetSettings()
     model = character.model
-    start = closed_form(targets, character)
-    solver = _Solver(character, Weights(character, settings, targets, standing), floor)
+    start, led = closed_form(targets, character), None
+    if floor:
+        start, led = lead_hands(start, targets.oriented[1:3], targets.fps, character)
+    weights = Weights(character, settings, targets, standing, led)
+    solver = _Solver(character, weights, floor)
     out, unsettled = np.empty_like(start), np.zeros(len(start), dtype=bool)
     parts = min(MOST_PARTS, max(1, len(start) // PART))
     edges = np.linspace(0, len(start), parts + 1).astype(np.intp)
@@ -199,8 +213,9 @@ def solve(
         share = np.where(number[at] < FULL_STEPS, 1.0, 0.5)
         strict = np.where(now == edges[at], FIRST, 1.0)
         qpos[at], settled = solver.step(
-            qpos[at], start[now], cost[at], targets.positions[now], targets.orientations[now], share, strict
-        )
+            qpos[at], start[now], cost[at], weights.pulls(now), targets.positions[now], targets.orientations[now],
+            share, strict,
+        )  # fmt: skip
         number[at] += 1
         # a settled frame whose standing feet cannot turn as wanted goes on with less weight on them, once
         asked = np.flatnonzero(settled & ~gave_way[at] & standing[now].any(axis=1))
@@ -257,6 +272,7 @@ class _Solver:
         qpos: FloatArray,
         rest: FloatArray,
         cost: FloatArray,
+        pull: FloatArray,
         positions: FloatArray,
         orientations: FloatArray,
         share: FloatArray,
@@ -268,6 +284,7 @@ class _Solver:
             qpos: (B, nq) poses.
             rest: (B, nq) poses that everything is pulled to a little.
             cost: (B, ROWS) weights.
+            pull: (B, nv) squared weights of the way to rest.
             positions: (B, 17, 3) of the roles [m].
             orientations: (B, 5, 3, 3) of the roles in `ORIENTED`.
             share: (B,) share of the step that is taken.
@@ -275,8 +292,7 @@ class _Solver:
         """
         pose = self.equations.poses(qpos)
         error = cost * self.equations.errors(pose, positions, orientations)
-        pull = self.weights.pull
-        gradient = np.concatenate([np.zeros((len(qpos), 6)), pull[6:] * (qpos[:, 7:] - rest[:, 7:])], axis=1)
+        gradient = np.concatenate([np.zeros((len(qpos), 6)), pull[:, 6:] * (qpos[:, 7:] - rest[:, 7:])], axis=1)
         low, high = np.full((2, len(qpos), self.model.nv), UNBOUNDED)
         low *= -1
         np.subtract(self.model.jnt_range[1:, 0], qpos[:, 7:], out=low[:, 6:])
@@ -286,7 +302,7 @@ class _Solver:
             weighted = cost[:, system.rows, None] * self.equations.derivative(pose, system)
             hessian = np.swapaxes(weighted, -1, -2) @ weighted
             diagonal = np.arange(len(system.columns))
-            hessian[:, diagonal, diagonal] += pull[system.columns]
+            hessian[:, diagonal, diagonal] += pull[:, system.columns]
             hessians.append(hessian)
             gradient[:, system.columns] += (error[:, None, system.rows] @ weighted)[:, 0]
         change = self._minima(pose, hessians, gradient, low, high)
@@ -332,18 +348,6 @@ class _Solver:
             near = slice(first[index], first[index + 1])
             change[index] = _minimum(joined, gradient[index], rows[near], height[near], low[index], high[index])
         return change
-
-
-def integrated(qpos: FloatArray, change: FloatArray) -> FloatArray:
-    """Poses (B, nq) moved by (B, nv): `mj_integratePos` for many."""
-    out = np.empty_like(qpos)
-    out[:, :3] = qpos[:, :3] + change[:, :3]
-    out[:, 7:] = qpos[:, 7:] + change[:, 6:]
-    half = np.linalg.norm(change[:, 3:6], axis=1, keepdims=True) / 2
-    turn = np.concatenate([np.cos(half), change[:, 3:6] / 2 * np.sinc(half / np.pi)], axis=1)
-    quat = multiply_quat(qpos[:, 3:7], turn)
-    out[:, 3:7] = quat / np.linalg.norm(quat, axis=1, keepdims=True)
-    return out
 
 
 def _twisted(targets: Targets) -> FloatArray:

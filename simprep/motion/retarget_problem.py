@@ -13,6 +13,7 @@ import numpy as np
 from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.character import ROLES, SIDES, Character
 from simprep.geoms import bearing_points
+from simprep.motion.rotations import multiply_quat
 from simprep.motion.targets import ORIENTED
 
 PLACE = {role: slice(3 * number, 3 * number + 3) for number, role in enumerate(ROLES)}
@@ -176,6 +177,18 @@ def rotation_vectors(matrices: FloatArray) -> FloatArray:
     sine = np.sqrt(np.add.reduce(axis * axis, axis=-1)) / 2
     angle = np.arctan2(sine, (np.add.reduce(entries[..., ::4], axis=-1) - 1) / 2)
     return np.asarray(axis * (angle / np.maximum(2 * sine, 1e-12))[..., None])
+
+
+def integrated(qpos: FloatArray, change: FloatArray) -> FloatArray:
+    """Poses (B, nq) moved by (B, nv): `mj_integratePos` for many."""
+    out = np.empty_like(qpos)
+    out[:, :3] = qpos[:, :3] + change[:, :3]
+    out[:, 7:] = qpos[:, 7:] + change[:, 6:]
+    half = np.linalg.norm(change[:, 3:6], axis=1, keepdims=True) / 2
+    turn = np.concatenate([np.cos(half), change[:, 3:6] / 2 * np.sinc(half / np.pi)], axis=1)
+    quat = multiply_quat(qpos[:, 3:7], turn)
+    out[:, 3:7] = quat / np.linalg.norm(quat, axis=1, keepdims=True)
+    return out
 
 
 def _columns_above(model: mujoco.MjModel) -> BoolArray:

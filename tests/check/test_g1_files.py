@@ -63,7 +63,7 @@ def test_faults_are_found(name: str, data_dir: Path, robot: Character) -> None:
     "name",
     [
         "bandai-namco/dash_tired_001.bvh", "bandai-namco/walk-left_normal_001.bvh", "cmu/asfamc/02_04.amc",
-        "cmu/bvh/006_10.bvh", "deepmimic/humanoid3d_run.txt",
+        "cmu/bvh/006_10.bvh", "deepmimic/humanoid3d_run.txt", "deepmimic/humanoid3d_dance_spin.txt",
     ],
 )  # fmt: skip
 def test_people_moved_onto_it_raise_nothing(name: str, data_dir: Path, robot: Character) -> None:

@@ -7,7 +7,9 @@ import pytest
 from faults import FAULTS, Fault, once
 
 from simprep.character import SIDES
+from simprep.check.dynamics import frame_rate, pendulum_height
 from simprep.check.motion_check import check_motion
+from simprep.check.subject import subject
 from simprep.library.registry import library_motion
 from simprep.motion.kinematics import body_clearance, forward_kinematics
 from simprep.motion.load import import_motion
@@ -22,7 +24,7 @@ CLEAN = (
 CAPTURED = (
     "deepmimic/humanoid3d_walk.txt", "deepmimic/humanoid3d_run.txt", "deepmimic/humanoid3d_kick.txt",
     "deepmimic/humanoid3d_jump.txt", "deepmimic/sie_humanoid3d_run_left08.txt", "bandai-namco/walk_normal_001.bvh",
-    "bandai-namco/run_normal_001.bvh", "bandai-namco/punch_normal_001.bvh",
+    "bandai-namco/run_normal_001.bvh", "bandai-namco/punch_normal_001.bvh", "deepmimic/humanoid3d_getup_faceup.txt",
 )  # fmt: skip
 
 
@@ -67,6 +69,29 @@ def test_a_finding_says_where() -> None:
     assert len(motion) // 2 <= finding.frame < len(motion) // 2 + 12
     assert finding.value == pytest.approx(10.0, abs=1e-6)
     assert finding.verdict == "fail"
+
+
+@pytest.mark.parametrize(("turn_deg", "walks"), [(0.0, True), (30.0, True), (60.0, False), (-100.0, False)])
+def test_steps_that_turn_the_body_around_are_no_walk(turn_deg: float, walks: bool) -> None:
+    """Eight steps at twice a walk's rate, each 0.4 m long: all the same but for the heading."""
+    body = library_motion("stand").character
+    seconds_a_step, steps, fps = 0.27, 8, 60.0
+    frames = round(seconds_a_step * steps * fps)
+    step = np.arange(frames) / (seconds_a_step * fps)
+    qpos = np.tile(body.standing_qpos, (frames, 1))
+    qpos[:, 0] = 0.4 * step
+    half = np.radians(turn_deg) * step / 2
+    qpos[:, 3:7] = np.column_stack([np.cos(half), np.zeros(frames), np.zeros(frames), np.sin(half)])
+    stands = np.column_stack([(step.astype(int) + side) % 2 == 0 for side in (0, 1)])
+    motion = Motion(qpos, fps, stands, character=body)
+    one = subject(motion)
+    one.__dict__["standing"] = stands  # whose feet stand is given, not found
+    value = frame_rate(one)[1].value
+    assert (
+        (value == pytest.approx(1 / seconds_a_step * np.sqrt(pendulum_height(one) / 9.81), rel=0.1))
+        if walks
+        else value is None
+    )
 
 
 def test_an_arm_that_turns_around_in_coordinates_only_is_no_fault_of_a_person() -> None:
