@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from motion_files import bvh_text, write
+from robot_models import robot_xml, toml_of, write_robot
 
 from simprep.cli.main import main
 
@@ -32,6 +33,26 @@ def test_the_report_for_machines(tmp_path: Path, capsys: pytest.CaptureFixture[s
     assert report["residual_mm"] <= report["worst_residual_mm"]
     assert 0 <= report["worst_residual_frame"] < report["frames"]
     assert isinstance(report["saturated"], dict)
+
+
+def test_a_robots_report_states_what_the_humanoids_does(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    crossed = crossed_arm(tmp_path)
+    model = write_robot(tmp_path, robot_xml(), toml_of())
+    reports = []
+    for body in ([], ["--robot", str(model)]):
+        assert main(["import", str(crossed), "-o", str(tmp_path / "out.npz"), "--json", *body]) == 0
+        reports.append(json.loads(capsys.readouterr().out))
+    person, robot = reports
+    assert set(robot) == set(person)
+    assert set(robot["limbs"]) == set(person["limbs"])
+    for limb, error in robot["limbs"].items():
+        assert set(error) == set(person["limbs"][limb])
+        assert 0 <= error["median_deg"] <= error["p95_deg"] <= error["max_deg"]
+    assert robot["residual_mm"] <= robot["worst_residual_mm"]
+    # the arm that the file puts through the trunk is told apart from those that are followed
+    assert robot["limbs"]["left_upper_arm"]["max_deg"] > 15 > robot["limbs"]["right_upper_arm"]["max_deg"]
+    assert robot["doubtful"] is True
+    assert any("left upper arm" in line for line in robot["warnings"])
 
 
 def test_strict_refuses_what_is_doubtful(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
