@@ -79,6 +79,9 @@ class Validate(BaseCommand):
     dose_halvings: int = 2
     """How often the interval between the last level survived and the first that is not is halved."""
 
+    processes: Annotated[int | None, tyro.conf.arg(metavar="INT", help_behavior_hint="")] = None
+    """Cases simulated at a time, each in a process of its own; default one for each core, 8 at most. Changes no result."""
+
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="DIR")] = Path("results/validate")
     """Folder for the results."""
 
@@ -106,6 +109,7 @@ class Validate(BaseCommand):
         from simprep.report.results import provenance
         from simprep.study.page import study_page
         from simprep.study.pictures import draw_study
+        from simprep.study.processes import default_processes
         from simprep.study.store import mark_unfinished, save_study, study_content
         from simprep.study.tables import study_tables
         from simprep.study.validate import run_study
@@ -116,7 +120,11 @@ class Validate(BaseCommand):
             task = bar.add_task("preparing", total=len(plan.cases()))
             settings = SimulationSettings(mpc=MPC_PRESETS[self.preset])
             study = run_study(
-                plan, lambda what, done: bar.update(task, description=what, completed=done), motions, settings
+                plan,
+                lambda what, done: bar.update(task, description=what, completed=done),
+                motions,
+                settings,
+                self.processes or default_processes(),
             )
         files = [*study.files]
         if not self.no_pictures and study.results:
@@ -135,6 +143,8 @@ class Validate(BaseCommand):
         from simprep.errors import SettingError
         from simprep.study.plan import StudyPlan
 
+        if self.processes is not None and not 1 <= self.processes <= 256:
+            raise SettingError(f"--processes {self.processes}; valid: 1 to 256")
         if not 1 <= self.seeds <= 1000:
             raise SettingError(f"--seeds {self.seeds}; valid: 1 to 1000")
         names = self.target or (ALL_TARGETS if self.full else DEFAULT_TARGETS)

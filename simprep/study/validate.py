@@ -2,22 +2,21 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 from simprep.display import SelfShowing, data_frame
-from simprep.metrics.evaluate import evaluate_motion, evaluate_run
+from simprep.metrics.evaluate import evaluate_motion
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
-from simprep.physics.run import Run
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.simulate import track
 from simprep.preparation import scenario as make_scenario
-from simprep.study.doses import measures_of
 from simprep.study.plan import Case, Condition, StudyPlan
-from simprep.study.stability import stability
+from simprep.study.simulated import Job, Outcome, outcomes
+
+_Key = tuple[bytes, float, str, int]
+"""What makes a simulation different from others: poses, frame rate, controller, seed."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +75,7 @@ def run_study(
     on_progress: Callable[[str, float], None] | None = None,
     motions_folder: Path | None = None,
     settings: SimulationSettings | None = None,
+    processes: int = 1,
 ) -> Study:
     """Run every case of a plan. Ctrl-C ends the study early, keeps the finished cases and leaves `complete` False.
 
@@ -86,35 +86,30 @@ def run_study(
         on_progress: called with what is being done and the number of cases finished, in fractions.
         motions_folder: where scenario motions, and simulated ones of the first seed, are saved; None to save none.
         settings: of the simulation and the controllers; None for the defaults.
+        processes: how many cases are simulated at a time, each in a process of its own; 1: in this process. The results
+            are the same.
+
+    Raises:
+        SimprepError: a process died: killed, or out of memory.
     """
     study = Study(plan)
     tell = on_progress or (lambda what, done: None)
     begin = perf_counter()
+    found: dict[_Key, Outcome] = {}
     try:
         for condition in plan.conditions():
             tell(f"building {condition.slug}", 0.0)
             _build(study, condition, motions_folder)
-        known: dict[tuple[bytes, float, str, int], CaseResult] = {}
-        for case in plan.cases():
-            motion = study.conditions[case.condition]
-            key = (motion.qpos.tobytes(), motion.fps, case.controller, case.seed)
-            if key in known:
-                study.results.append(CaseResult(case, known[key].metrics, known[key].simulated))
-                continue
-            label, done = f"{case.controller} {case.condition.slug} seed {case.seed}", len(study.results)
-            tell(label, done)
-            run = track(
-                motion,
-                case.controller,
-                case.seed,
-                settings,
-                progress=lambda share, label=label, done=done: tell(label, done + share),  # type: ignore[misc]
-            )
-            doses = _doses(plan, case, motion, settings, partial(_tell_dose, tell, label, done))
-            known[key] = _keep(study, case, run, doses, motions_folder)
+        jobs = _jobs(study, settings)
+        cases = plan.cases()
+        keys = list(jobs)
+        share = len(cases) / len(keys)  # some jobs are several cases
+        for number, one in outcomes(list(jobs.values()), processes, lambda what, done: tell(what, share * done)):
+            found[keys[number]] = one
         study.complete = True
     except KeyboardInterrupt:
         study.complete = False
+    _keep(study, found, motions_folder)
     study.wall_s = perf_counter() - begin
     tell("done", len(study.results))
     return study
@@ -135,35 +130,32 @@ def _build(study: Study, condition: Condition, folder: Path | None) -> None:
         study.files.append(save_motion(motion, folder / f"{condition.slug}.npz"))
 
 
-def _tell_dose(tell: Callable[[str, float], None], label: str, done: int, what: str, *_: int) -> None:
-    tell(f"{label}: {what}", done)
+def _key(study: Study, case: Case) -> _Key:
+    motion = study.conditions[case.condition]
+    return motion.qpos.tobytes(), motion.fps, case.controller, case.seed
 
 
-def _doses(
-    plan: StudyPlan,
-    case: Case,
-    motion: Motion,
-    settings: SimulationSettings | None,
-    tell: Callable[[str, int, int], None],
-) -> dict[str, Any]:
-    """How much of each disturbance a case takes (`simprep.study.stability.Stability.doses`); nothing where that was not asked for."""
-    if plan.dose is None:
-        return {}
-    measures = tuple(
-        name for name in measures_of(case.controller) if name in plan.dose.measures or not plan.dose.measures
-    )
-    if not measures:
-        return {}
-    wish = replace(plan.dose, measures=measures, seeds=(case.seed,))
-    result = stability(motion, wish, case.controller, settings, tell)
-    return {**result.doses(), "dose_falls_undisturbed": result.falls_undisturbed, "dose_assist_n": result.assist_n}
+def _jobs(study: Study, settings: SimulationSettings | None) -> dict[_Key, Job]:
+    """What is to be simulated, by what makes it different; cases with equal motions share a job."""
+    jobs: dict[_Key, Job] = {}
+    for case in study.plan.cases():
+        key = _key(study, case)
+        if key not in jobs:
+            label = f"{case.controller} {case.condition.slug} seed {case.seed}"
+            motion, keep = study.conditions[case.condition], case.seed == study.plan.seeds[0]
+            jobs[key] = Job(label, motion, case.controller, case.seed, settings, study.plan.dose, keep)
+    return jobs
 
 
-def _keep(study: Study, case: Case, run: Run, doses: Mapping[str, Any], folder: Path | None) -> CaseResult:
-    metrics = {**evaluate_run(run), **doses}  # finds rise and launch in the reference's events
-    simulated = run.simulated_motion() if case.seed == study.plan.seeds[0] else None
-    result = CaseResult(case, metrics, simulated)
-    study.results.append(result)
-    if simulated is not None and folder is not None:
-        study.files.append(save_motion(simulated, folder / f"{case.condition.slug}_{case.controller}.npz"))
-    return result
+def _keep(study: Study, found: Mapping[_Key, Outcome], folder: Path | None) -> None:
+    """Take what was found as results, in the order of the plan; of cases with one motion, the first one's is saved."""
+    saved: set[_Key] = set()
+    for case in study.plan.cases():
+        one = found.get(_key(study, case)) if case.condition in study.conditions else None
+        if one is None:
+            continue
+        study.results.append(CaseResult(case, one.metrics, one.simulated))
+        if one.simulated is not None and folder is not None and _key(study, case) not in saved:
+            saved.add(_key(study, case))
+            name = f"{case.condition.slug}_{case.controller}.npz"
+            study.files.append(save_motion(one.simulated, folder / name))

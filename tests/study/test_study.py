@@ -1,6 +1,7 @@
 """The validation study with a stand-in for synthesis and physics: what is run, compared, kept and written."""
 
 import json
+import multiprocessing
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -10,6 +11,7 @@ import pytest
 from simprep.cli.main import main
 from simprep.errors import SettingError, UnknownNameError
 from simprep.humanoid_model import humanoid
+from simprep.library import library_motion
 from simprep.motion.motion import Motion
 from simprep.physics.run import BodyRun, Run
 from simprep.study.plan import ARMS, StudyPlan
@@ -73,7 +75,8 @@ class FakeTrack:
 def fakes(monkeypatch):
     def install(interrupt_at=None):
         fake = FakeTrack(interrupt_at)
-        monkeypatch.setattr("simprep.study.validate.track", fake)
+        monkeypatch.setattr("simprep.study.simulated.track", fake)
+        monkeypatch.setattr("simprep.study.processes.default_processes", lambda: 1)
         monkeypatch.setattr("simprep.study.validate.make_scenario", fake_scenario)
         monkeypatch.setattr(
             "simprep.cli.resolve.resolve_motion", lambda name, warn, library=None, robot=None: still(name)
@@ -137,11 +140,34 @@ def test_ctrl_c_keeps_finished_cases_and_says_so(fakes, tmp_path, capsys):
     arguments = ["validate", "--target", "a", "--alpha", "0.5", "1", "-o", str(out), "--json", "--no-pictures"]
     assert main(arguments) == 130
     printed = capsys.readouterr()
-    assert "3 finished cases are kept" in printed.err
+    assert "4 finished cases are kept" in printed.err  # three were simulated; one of them is two cases
     content = json.loads(printed.out)
     written = json.loads((out / "metrics.json").read_text())
     assert content["complete"] is written["complete"] is False
-    assert len(content["cases"]) == len(written["cases"]) == 3
+    assert len(content["cases"]) == len(written["cases"]) == 4
+
+
+def test_several_processes_find_the_same_bits_and_end_at_ctrl_c():
+    walk = library_motion("walk")
+    plan = StudyPlan(walk, (library_motion("punch_right"),), (1.0,), ("none", "blended"), controllers=("pd", "balance"))
+    told = []
+    alone, shared = run_study(plan), run_study(plan, lambda what, done: told.append(done), processes=2)
+    assert shared.complete
+    assert [one.case for one in shared.results] == [one.case for one in alone.results] == plan.cases()
+    for one, other in zip(shared.results, alone.results):
+        assert {**one.metrics, "s_per_s": 0} == {**other.metrics, "s_per_s": 0}
+        np.testing.assert_array_equal(one.simulated.qpos, other.simulated.qpos)
+    assert told[-1] == len(plan.cases())
+
+    def interrupted(what, done):
+        if done == 1:
+            raise KeyboardInterrupt
+
+    begun = multiprocessing.active_children()
+    cut = run_study(plan, interrupted, processes=2)
+    assert not cut.complete
+    assert len(cut.results) < len(plan.cases())
+    assert set(multiprocessing.active_children()) <= set(begun)
 
 
 def test_an_old_result_is_not_left_looking_complete(fakes, tmp_path, monkeypatch):
@@ -200,7 +226,7 @@ def test_doses_are_measured_and_compared_in_pairs_falls_included(fakes, monkeypa
             doses=lambda: {"dose_friction": 0.2 + lean}, falls_undisturbed=controller == "pd", assist_n=0.0
         )
 
-    monkeypatch.setattr("simprep.study.validate.stability", fake_stability)
+    monkeypatch.setattr("simprep.study.simulated.stability", fake_stability)
     arguments = ["validate", "--target", "a", "b", "--controllers", "pd", "balance", "--dose", "friction", "horizon"]
     assert main([*arguments, "-o", str(tmp_path), "--json", "--no-pictures"]) == 0
     printed = capsys.readouterr()

@@ -3,17 +3,14 @@
 An engine gives each case with what `measure_case` returns of it, in the order in which they finish.
 """
 
-import os
-import signal
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
-from multiprocessing.connection import Connection
 from typing import Any
 
 from simprep.errors import MissingExtraError, SettingError, SimprepError
+from simprep.study.processes import Processes, threads_of
 from simprep.study.sweep.cases import SweepCase
 from simprep.study.sweep.code import results_code
 from simprep.study.sweep.measure import ERROR, measure_case, processor
@@ -67,32 +64,6 @@ def in_this_process(cases: Iterable[SweepCase], threads: int = 0) -> Iterator[tu
         yield case, run_job(case, threads)
 
 
-class _Pool:
-    """Processes that end when this one does, however that ends, or when they are told to, in the middle of a case."""
-
-    def __init__(self, processes: int) -> None:
-        context = get_context("spawn")
-        self._theirs, self._ours = context.Pipe(duplex=False)
-        self.executor = ProcessPoolExecutor(processes, context, _begin, (self._theirs,))
-
-    def close(self) -> None:
-        self._ours.close()  # the processes' only sign of life of this one
-        self.executor.shutdown(wait=True, cancel_futures=True)
-        self._theirs.close()
-
-
-def _begin(stop: Connection) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that people started
-    threading.Thread(target=_end_with, args=(stop,), daemon=True).start()
-
-
-def _end_with(stop: Connection) -> None:
-    try:
-        stop.recv_bytes()
-    except (EOFError, OSError):
-        os._exit(1)
-
-
 def in_processes(
     cases: Iterable[SweepCase], processes: int, threads: int | None = None
 ) -> Iterator[tuple[SweepCase, Content]]:
@@ -106,8 +77,8 @@ def in_processes(
         processes: how many.
         threads: simulation threads of `mpc` in each; None: the cores are shared among the processes.
     """
-    threads = threads or max(1, (os.cpu_count() or 1) // processes)
-    waiting, running, pool = iter(cases), dict[Future[Content], SweepCase](), _Pool(processes)
+    threads = threads or threads_of(processes)
+    waiting, running, pool = iter(cases), dict[Future[Content], SweepCase](), Processes(processes)
     try:
         while True:
             while len(running) < processes and (case := next(waiting, None)):
@@ -128,12 +99,12 @@ def in_processes(
                 pool.close()
                 for case in suspects:
                     yield case, _alone(case, threads)
-                pool = _Pool(processes)
+                pool = Processes(processes)
     finally:
         pool.close()
 
 
-def _submit(pool: _Pool, case: SweepCase, threads: int) -> "Future[Content]":
+def _submit(pool: Processes, case: SweepCase, threads: int) -> "Future[Content]":
     try:
         return pool.executor.submit(run_job, case, threads)
     except BrokenProcessPool as error:  # one died while none of its cases was looked at
@@ -143,7 +114,7 @@ def _submit(pool: _Pool, case: SweepCase, threads: int) -> "Future[Content]":
 
 
 def _alone(case: SweepCase, threads: int) -> Content:
-    pool = _Pool(1)
+    pool = Processes(1)
     try:
         return pool.executor.submit(run_job, case, threads).result()
     except BrokenProcessPool:
