@@ -31,6 +31,8 @@ SLOW_FLIGHT_S = 0.3
 """Flights are real if the body leaves the floor by `HOP_M`; slow ones, if they last besides."""
 PULL_SHARE = 0.35
 """Largest share of time in which captured motions accelerate downwards faster than gravity, by noise."""
+STORED_WARN, STORED_FAIL = 1.1, 1.5
+"""Frame rate taken against the one that stored velocities fit: smoothed velocities read a few percent low."""
 STEP_SHARE, FEWEST_STEPS, SHORTEST_STANCE_S = 0.2, 3, 0.05
 MOST_TURN = np.radians(45.0)
 """A step that turns the pelvis farther does not walk on, it turns around. Captured walks turn it by 4 to 24 degrees a step."""
@@ -96,6 +98,20 @@ def frame_rate(subject: Subject) -> tuple[Finding, Finding]:
     velocities and torques alone.
     """
     return _fall(subject), _cadence(subject)
+
+
+def stored_rate(fps: float, velocity_fps: float) -> Finding:
+    """Whether stored joint velocities are those of the angles at the frame rate that the motion is taken at.
+
+    Args:
+        fps: frame rate taken [1/s].
+        velocity_fps: the one that the velocities fit [1/s].
+    """
+    ratio = max(fps / velocity_fps, velocity_fps / fps)
+    return graded(
+        "frame rate: velocities", ratio, "times", STORED_WARN, STORED_FAIL,
+        note=f"{fps:g} frames per second taken, the stored joint velocities fit {velocity_fps:.1f}",
+    )  # fmt: skip
 
 
 def _fall(subject: Subject) -> Finding:

@@ -14,6 +14,7 @@ from simprep.cli.output import BaseCommand, Json, Output, Preset, Quiet, Robot
 from simprep.errors import SettingError
 
 if TYPE_CHECKING:
+    from simprep.check.finding import Finding
     from simprep.check.motion_check import MotionCheck
     from simprep.motion.motion import Motion
 
@@ -79,12 +80,19 @@ class CheckMotion(BaseCommand):
             raise SettingError("--replay needs the simulation that --no-track leaves out; valid: one of them")
         if Path(self.motion).is_dir():
             return self._folder(Path(self.motion), output)
-        motion, notes = self._read(self.motion)
+        motion, notes, stored = self._read(self.motion)
         for note in notes:
             output.say(f"read: {note}")
-        return self._checked(motion, notes, output)
+        return self._checked(motion, notes, stored, output)
 
-    def _checked(self, motion: "Motion", notes: tuple[str, ...], output: Output, table: bool = True) -> dict[str, Any]:
+    def _checked(
+        self,
+        motion: "Motion",
+        notes: tuple[str, ...],
+        stored: "tuple[Finding, ...]",
+        output: Output,
+        table: bool = True,
+    ) -> dict[str, Any]:
         from dataclasses import replace
 
         from simprep.check.finding import worst
@@ -97,6 +105,7 @@ class CheckMotion(BaseCommand):
             motion, changes = self._mended(motion, output, table)
             content |= {"changes": changes, "raised_before": list(before.raised)}
         checked = check_motion(motion)
+        checked = replace(checked, findings=(*checked.findings, *stored))
         if not self.no_track:
             with output.simulating(f"mpc {motion.name}", motion) as progress:
                 followed = follow(motion, self.seed, self.preset, progress)
@@ -137,14 +146,18 @@ class CheckMotion(BaseCommand):
         )
         return str(self.replay)
 
-    def _read(self, text: str) -> "tuple[Motion, tuple[str, ...]]":
+    def _read(self, text: str) -> "tuple[Motion, tuple[str, ...], tuple[Finding, ...]]":
+        """The motion, what its reader decided, and what the file's stored velocities say of its frame rate."""
+        from simprep.check.dynamics import stored_rate
         from simprep.cli.resolve import imported, resolve_motion, resolve_robot
 
         path, notes = Path(text), list[str]()
         if not path.suffix and len(path.parts) == 1 and not path.exists():
-            return resolve_motion(text, notes.append, None, self.robot), tuple(notes)
+            return resolve_motion(text, notes.append, None, self.robot), tuple(notes), ()
         result = imported(path, resolve_robot(self.robot), file_fps=self.file_fps, clip=self.clip)
-        return result.motion, (result.report.recognised, *result.report.warnings)
+        rate = result.report.velocity_fps
+        stored = () if rate is None else (stored_rate(result.motion.fps, rate),)
+        return result.motion, (result.report.recognised, *result.report.warnings), stored
 
     def _folder(self, folder: Path, output: Output) -> dict[str, Any]:
         from rich.table import Table
@@ -168,8 +181,7 @@ class CheckMotion(BaseCommand):
         files = []
 
         def check(path: Path) -> dict[str, Any]:
-            motion, notes = self._read(str(path))
-            return self._checked(motion, notes, output, table=False)
+            return self._checked(*self._read(str(path)), output, table=False)
 
         try:
             for path, record, known in check_folder(folder, records, settings, check):

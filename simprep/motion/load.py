@@ -34,6 +34,8 @@ class ImportReport(SelfShowing):
         scale: metres per file unit.
         warnings: everything that was decided, adapted or left out.
         recognised: what the file is, by its content.
+        velocity_fps: frame rate that stored joint velocities fit, at the file's own number of frames [1/s]; None where
+            there are none.
     """
 
     frames: int
@@ -44,6 +46,7 @@ class ImportReport(SelfShowing):
     scale: float
     warnings: tuple[str, ...]
     recognised: str = ""
+    velocity_fps: float | None = None
 
     @property
     def residual_mm(self) -> float:
@@ -270,5 +273,8 @@ def as_it_is(content: ReadMotion, fps: float | None) -> ImportResult:
     motion = content.motion
     if fps is not None:
         motion = resample(motion, fps)
-    report = ImportReport(len(motion), motion.fps, motion.duration, None, content.up, content.scale, content.notes)
+    report = ImportReport(
+        len(motion), motion.fps, motion.duration, None, content.up, content.scale, content.notes,
+        velocity_fps=content.velocity_fps,
+    )  # fmt: skip
     return ImportResult(motion, report)

@@ -169,6 +169,24 @@ def test_a_robot_csv_is_checked(tmp_path: Path, capsys: pytest.CaptureFixture[st
     assert any("xyzw" in note for note in content["notes"])
 
 
+def test_stored_velocities_show_a_wrong_frame_rate(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    from simprep.motion.formats.robot_write import write_beyondmimic
+    from simprep.primitive_robot import primitive_robot
+
+    robot = primitive_robot()
+    qpos = np.tile(robot.standing_qpos, (60, 1))
+    qpos[:, 7 + robot.joint("left_elbow")] -= 0.2 + 0.1 * np.sin(2 * np.pi * np.arange(60) / 60)
+    write_beyondmimic(Motion(qpos, 30, np.ones((60, 2), dtype=bool), character=robot), tmp_path / "right.npz")
+    with np.load(tmp_path / "right.npz") as arrays:
+        np.savez(tmp_path / "wrong.npz", **{**arrays, "fps": [60]})
+    options = ("--robot", "primitive_robot", "--no-track")
+    assert run(capsys, tmp_path / "right.npz", *options)[0] == 0
+    code, content = run(capsys, tmp_path / "wrong.npz", *options)
+    assert (code, content["raised"]) == (1, ["frame rate: velocities"])
+    assert run(capsys, tmp_path / "wrong.npz", *options, "--file-fps", 30)[0] == 0
+    assert [one["decision"] for one in run(capsys, tmp_path, *options)[1]["files"]] == ["keep", "drop"]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

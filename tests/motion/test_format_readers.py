@@ -51,6 +51,17 @@ def test_a_walk_of_amass(tmp_path: Path) -> None:
     assert any("betas are not used" in warning for warning in result.report.warnings)
 
 
+def test_rotation_vectors_in_degrees_are_named(tmp_path: Path) -> None:
+    walk = smpl_walk(30)
+    poses = np.concatenate([walk["root_orient"], walk["pose_body"]], axis=1)
+    said = {}
+    for unit, values in (("rad", poses), ("deg", np.degrees(poses))):
+        path = save(tmp_path / f"{unit}.npz", poses=values, trans=walk["trans"], mocap_framerate=60.0)
+        said[unit] = " ".join(import_motion(path).report.warnings)
+    assert "degrees? read as rad" in said["deg"]
+    assert "degrees" not in said["rad"]
+
+
 def test_the_layouts_of_smpl_are_one_motion(tmp_path: Path) -> None:
     walk = smpl_walk(60)
     root, body, trans = walk["root_orient"], walk["pose_body"], walk["trans"]

@@ -113,6 +113,14 @@ def test_bodies_of_another_robot_are_refused(motion, tmp_path):
         read(tmp_path / "other.npz")
 
 
+def test_stored_bodies_show_swapped_quaternions(motion, tmp_path):
+    arrays = body_arrays(motion, *breadth_first(ROBOT))
+    np.savez(tmp_path / "xyzw.npz", **{**arrays, "body_quat_w": arrays["body_quat_w"][..., [1, 2, 3, 0]]})
+    content = read(tmp_path / "xyzw.npz")
+    np.testing.assert_allclose(content.motion.qpos, motion.qpos, atol=1e-9)
+    assert any("quaternions are xyzw, not the format's wxyz" in note for note in content.notes)
+
+
 def test_stored_velocities_tell_a_wrong_frame_rate(motion, tmp_path):
     np.savez(tmp_path / "rate.npz", **{**body_arrays(motion, *breadth_first(ROBOT)), "fps": [25]})
     content = read(tmp_path / "rate.npz")
@@ -145,6 +153,23 @@ def test_quaternion_first_or_position_first_by_content(motion, tmp_path):
     np.savez(tmp_path / "neither.npz", qpos=3 * qpos)
     with pytest.raises(MotionFileError, match="cannot be told"):
         read(tmp_path / "neither.npz")
+
+
+@pytest.mark.parametrize("first", ["position", "quaternion"])
+def test_the_pose_of_an_object_in_qpos_is_left_out(first, motion, tmp_path):
+    """A scene's whole qpos: seven numbers of an object behind the robot's joints, in the same order as the root's."""
+    qpos, place = motion.qpos, np.tile([0.5, 0.1, 0.4], (len(motion), 1))
+    root, turn = [qpos[:, :3], qpos[:, 3:7]], np.tile([0.6, 0.0, 0.8, 0.0], (len(motion), 1))
+    parts = [*root, qpos[:, 7:], place, turn] if first == "position" else [*root[::-1], qpos[:, 7:], turn, place]
+    np.savez(tmp_path / "box.npz", qpos=np.concatenate(parts, axis=1), fps=FPS)
+    content = read(tmp_path / "box.npz")
+    np.testing.assert_allclose(content.motion.qpos, qpos, atol=1e-12)
+    assert any("pose of an object: left out" in note for note in content.notes)
+    parts[-1] = 3 * parts[-1]  # seven numbers more that are no pose
+    parts[-2] = 3 * parts[-2]
+    np.savez(tmp_path / "more.npz", qpos=np.concatenate(parts, axis=1), fps=FPS)
+    with pytest.raises(MotionFileError, match=rf"{len(ROBOT.joints) + 7} joints; valid: {len(ROBOT.joints)}"):
+        read(tmp_path / "more.npz")
 
 
 @pytest.mark.parametrize("protocol", range(2, 6))

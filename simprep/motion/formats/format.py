@@ -63,12 +63,14 @@ class ReadMotion:
         notes: the reader's decisions, for the report.
         up: the file's vertical axis.
         scale: metres per file unit.
+        velocity_fps: frame rate that the file's stored joint velocities fit [1/s]; None where they tell nothing.
     """
 
     motion: Motion
     notes: tuple[str, ...] = ()
     up: str = "z"
     scale: float = 1.0
+    velocity_fps: float | None = None
 
 
 Recogniser = Callable[[Glimpse], str | None]

@@ -13,15 +13,7 @@ import numpy as np
 from simprep.archive import open_arrays
 from simprep.arrays import FloatArray
 from simprep.errors import MotionFileError
-from simprep.motion.formats.robot_clip import (
-    UNIT_TOLERANCE,
-    RobotClip,
-    StoredBodies,
-    first_bad,
-    numeric,
-    stated_fps,
-    wxyz,
-)
+from simprep.motion.formats.robot_clip import RobotClip, StoredBodies, all_unit, first_bad, numeric, stated_fps, wxyz
 from simprep.motion.formats.safe_pickle import read_pickle
 
 BODIES = {"joint_pos", "body_pos_w", "body_quat_w"}
@@ -147,7 +139,7 @@ def _with_bodies(path: Path, arrays: Mapping[str, Any]) -> RobotClip:
         path, kind, positions[:, 0], quats[:, 0], joint_pos,
         joints=_stored_names(path, arrays, ("joint_names",)), fps=_fps(path, arrays),
         bodies=StoredBodies(positions, quats, _body_names(path, arrays, ("body_names",), positions.shape[1], root)),
-        joint_velocity=velocity if velocity is not None and velocity.shape == joint_pos.shape else None,
+        joint_velocity=velocity if velocity is not None and velocity.shape == joint_pos.shape else None, whole_qpos=full,
         notes=tuple(notes),
     )  # fmt: skip
 
@@ -202,7 +194,7 @@ def _qpos(path: Path, arrays: Mapping[str, Any]) -> RobotClip:
         raise MotionFileError(path, f"qpos has shape {qpos.shape}; valid: (frames, 7 of the root and the joint angles)")
     if bad := first_bad(qpos):
         raise MotionFileError(path, f"qpos in frame {bad[0]}, column {bad[1]} is {bad[2]:g}")
-    first, last = _all_unit(qpos[:, :4]), _all_unit(qpos[:, 3:7])
+    first, last = all_unit(qpos[:, :4]), all_unit(qpos[:, 3:7])
     if first == last:
         state = "both qpos[:4] and qpos[3:7] are" if first else "neither qpos[:4] nor qpos[3:7] is"
         raise MotionFileError(path, f"{state} of norm 1 in every frame: where the root quaternion is cannot be told")
@@ -211,7 +203,7 @@ def _qpos(path: Path, arrays: Mapping[str, Any]) -> RobotClip:
     return RobotClip(
         path, "holosoma or OmniRetarget .npz", position, quat, qpos[:, 7:],
         joints=_stored_names(path, arrays, ("joint_names",)), fps=_fps(path, arrays), usual_fps=HOLOSOMA_FPS,
-        notes=(f"qpos has the root's {where}, by the norms of both parts",),
+        whole_qpos=True, notes=(f"qpos has the root's {where}, by the norms of both parts",),
     )  # fmt: skip
 
 
@@ -221,10 +213,6 @@ def _root_rot(path: Path, arrays: Mapping[str, Any]) -> FloatArray:
     if not len(stored) or stored.shape[1] != 4:
         raise MotionFileError(path, f"root_rot has shape {stored.shape}; valid: (frames, 4), with 1 frame or more")
     return stored
-
-
-def _all_unit(quat: FloatArray) -> bool:
-    return bool((np.abs(np.linalg.norm(quat, axis=1) - 1) < UNIT_TOLERANCE).all())
 
 
 def _turn(a: FloatArray, b: FloatArray) -> float:

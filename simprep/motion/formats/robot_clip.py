@@ -46,6 +46,7 @@ class RobotClip:
         usual_fps: what the format's documentation says where the file states none [1/s].
         bodies: body poses, where the file has them.
         joint_velocity: (T, J) as stored [rad/s]; they tell the true frame rate. None where there are none.
+        whole_qpos: the angles are the rest of a whole qpos, whose last seven numbers may be an object's pose.
         notes: the reader's decisions, for the report.
     """
 
@@ -59,6 +60,7 @@ class RobotClip:
     usual_fps: float | None = None
     bodies: StoredBodies | None = None
     joint_velocity: FloatArray | None = None
+    whole_qpos: bool = False
     notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
@@ -112,6 +114,11 @@ def numeric(path: Path, name: str, value: object, *, ndim: int | None = None) ->
     if ndim is not None and array.ndim != ndim:
         raise MotionFileError(path, f"{name} has shape {array.shape}; valid: {ndim} axes")
     return np.asarray(array, dtype=np.float64)
+
+
+def all_unit(quat: FloatArray) -> bool:
+    """Whether every row of (T, 4) has the norm of a quaternion."""
+    return bool((np.abs(np.linalg.norm(quat, axis=1) - 1) < UNIT_TOLERANCE).all())
 
 
 def stated_fps(path: Path, value: object) -> float:

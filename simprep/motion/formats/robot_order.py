@@ -5,7 +5,7 @@ then what hangs on them). A file read in the other order maps every angle to a w
 kinematics tells: only in the right order do the joint angles give the bodies that the file stores.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -13,7 +13,7 @@ from scipy.optimize import linear_sum_assignment
 from simprep.arrays import FloatArray, IndexArray
 from simprep.character import Character
 from simprep.errors import MotionFileError
-from simprep.motion.formats.robot_clip import RobotClip, StoredBodies
+from simprep.motion.formats.robot_clip import RobotClip, StoredBodies, wxyz
 from simprep.motion.kinematics import forward_kinematics
 
 SAMPLES = 40
@@ -38,10 +38,12 @@ class Order:
 
     Attributes:
         joints: (J,) joint of the character of each column of the file's angles; -1 for a column that it lacks.
+        quat: (T, 4) root orientation, wxyz; the clip's, unless the stored bodies show that its components are swapped.
         notes: how it was found.
     """
 
     joints: IndexArray
+    quat: FloatArray
     notes: tuple[str, ...]
 
 
@@ -94,7 +96,7 @@ def find_order(clip: RobotClip, character: Character) -> Order:
                 f"joint order doubtful: {name}, angles are beyond their limits by {np.degrees(beyond[name]):.1f} deg on "
                 f"average, {other} by {np.degrees(beyond[other]):.1f}"
             )
-    return Order(joints, tuple(notes))
+    return Order(joints, clip.quat, tuple(notes))
 
 
 def joint_orders(clip: RobotClip, character: Character) -> dict[str, IndexArray]:
@@ -153,10 +155,19 @@ def _by_bodies(clip: RobotClip, bodies: StoredBodies, character: Character, orde
     stored = StoredBodies(
         bodies.positions[rows], None if bodies.quats is None else bodies.quats[rows], bodies.names, bodies.in_root
     )
-    found = []
-    for name, joints in orders.items():
-        cost = _distances(clip, rows, stored, character, joints)  # (stored bodies, segments)
-        found.append((*_match(cost, stored, character), name, joints))
+
+    def matched(clip: RobotClip, stored: StoredBodies) -> list[tuple[float, str, str, IndexArray]]:
+        return [
+            (*_match(_distances(clip, rows, stored, character, joints), stored, character), name, joints)
+            for name, joints in orders.items()
+        ]
+
+    found, swapped = matched(clip, stored), False
+    if min(one[0] for one in found) > OTHER_ROBOT_M and stored.quats is not None:
+        other = replace(clip, quat=wxyz(clip.quat))
+        others_found = matched(other, replace(stored, quats=wxyz(stored.quats)))
+        if swapped := min(one[0] for one in others_found) < OTHER_ROBOT_M:
+            clip, found = other, others_found
     residual, order, name, joints = min(found, key=lambda one: one[0])
     if residual > OTHER_ROBOT_M:
         raise MotionFileError(
@@ -168,6 +179,8 @@ def _by_bodies(clip: RobotClip, bodies: StoredBodies, character: Character, orde
         f"joints {name}, bodies {order}: the stored bodies are {1e3 * residual:.1f} mm from those of the joint angles"
         + (f" ({others})" if others else "")
     ]
+    if swapped:
+        notes.append("quaternions are xyzw, not the format's wxyz, as the stored bodies show: read as xyzw")
     if residual > SAME_M:
         notes.append(f"the stored bodies differ by {1e3 * residual:.0f} mm on average: another version of the robot?")
     elif (
@@ -178,7 +191,7 @@ def _by_bodies(clip: RobotClip, bodies: StoredBodies, character: Character, orde
         notes.append(
             "joints and bodies are in different orders: a program that takes both as one order maps targets wrongly"
         )
-    return Order(joints, tuple(notes))
+    return Order(joints, clip.quat, tuple(notes))
 
 
 def _distances(

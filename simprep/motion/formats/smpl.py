@@ -60,6 +60,11 @@ def smpl_clip(path: Path, entries: Mapping[str, Any], options: ReadOptions, rate
     notes: list[str] = []
     fps = _rate(path, entries, options, rate, notes)
     offsets, pelvis = _offsets(entries, options, notes)
+    turn = float(np.median(np.linalg.norm(poses[:, 3 : 3 * BODY].reshape(len(poses), -1, 3), axis=-1).max(axis=1)))
+    if turn > 2 * np.pi:
+        notes.append(
+            f"a joint is turned by {turn:.0f} rad, more than once around, in half of the frames: degrees? read as rad"
+        )
     local = np.tile(np.eye(3), (len(poses), len(JOINTS), 1, 1))
     turned = Rotation.from_rotvec(poses[:, : 3 * BODY].reshape(-1, 3)).as_matrix()
     local[:, :BODY] = turned.reshape(len(poses), BODY, 3, 3)
