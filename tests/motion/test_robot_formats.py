@@ -113,6 +113,12 @@ def test_bodies_of_another_robot_are_refused(motion, tmp_path):
         read(tmp_path / "other.npz")
 
 
+def test_angles_without_a_root_are_named(tmp_path):
+    np.savez(tmp_path / "angles.npz", joint_pos=np.zeros((5, 29)), joint_vel=np.zeros((5, 29)), fps=[30])
+    with pytest.raises(MotionFileError, match=r"parts of a robot's motion \(joint_pos, joint_vel\): valid: all keys"):
+        recognise(tmp_path / "angles.npz")
+
+
 def test_stored_bodies_show_swapped_quaternions(motion, tmp_path):
     arrays = body_arrays(motion, *breadth_first(ROBOT))
     np.savez(tmp_path / "xyzw.npz", **{**arrays, "body_quat_w": arrays["body_quat_w"][..., [1, 2, 3, 0]]})

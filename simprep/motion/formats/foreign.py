@@ -6,6 +6,9 @@ ROBOT = "valid: all keys of its format, and `simprep import --robot`"
 SMPL = "`simprep import` and simprep.load_motion read it, if it has all joints and their place (poses, trans)"
 _POSES = {"poses", "pose_body", "body_pose", "root_orient", "global_orient", "smpl_poses"}
 _TRANSLATIONS = {"trans", "transl", "smpl_trans"}
+_ROBOT_PARTS = {
+    "joint_pos", "joint_vel", "body_pos_w", "body_quat_w", "root_pos", "root_rot", "dof_pos", "root_trans_offset", "dof"
+}  # fmt: skip
 
 
 def npz_kind(entries: Collection[str]) -> str | None:
@@ -25,6 +28,8 @@ def npz_kind(entries: Collection[str]) -> str | None:
         return "joint positions (positions, joint_names, fps), which `simprep duel import` reads, of two people"
     if "qpos" in names:
         return f"a robot's motion of holosoma or OmniRetarget (qpos without simprep's header): {ROBOT}"
+    if parts := names & _ROBOT_PARTS:
+        return f"parts of a robot's motion ({_shown(parts)}): {ROBOT}, as docs/formats.md lists them"
     return None
 
 
