@@ -133,6 +133,8 @@ class CheckMotion(BaseCommand):
         return mended.motion, list(mended.changes)
 
     def _write_replay(self, followed: Any, output: Output) -> str | None:
+        from simprep.check.limits import joint_range
+        from simprep.check.subject import subject
         from simprep.motion.export import export_motion
 
         assert self.replay is not None
@@ -144,6 +146,12 @@ class CheckMotion(BaseCommand):
             f"replay: every pose is now the simulated one, {followed.finding.value:.0f} mm from the motion's on average; "
             f"written: {self.replay}" + (f"; not kept: {'; '.join(lost)}" if lost else "")
         )
+        beyond = joint_range(subject(followed.replay))
+        if beyond.verdict != "pass":
+            output.warn(
+                f"the replay is beyond the range of {beyond.part} by {beyond.value:.1f} deg, as joints give way at their "
+                "stops in the simulation; --fix on the replay sets it back"
+            )
         return str(self.replay)
 
     def _read(self, text: str) -> "tuple[Motion, tuple[str, ...], tuple[Finding, ...]]":

@@ -150,6 +150,25 @@ def test_the_command_writes_a_replay(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert (tmp_path / "replay.csv").read_text().startswith("time_s")
 
 
+@pytest.mark.parametrize("beyond_deg", [0.0, 6.0])
+def test_a_replay_beyond_a_stop_is_said(beyond_deg: float, tmp_path: Path) -> None:
+    from simprep.check.finding import graded
+    from simprep.check.follow import Followed
+    from simprep.cli.check_motion import CheckMotion
+    from simprep.cli.output import Output
+
+    replay = once(library_motion("step_forward"))
+    joint = replay.character.joint("left_elbow_flexion")
+    qpos = replay.qpos.copy()
+    qpos[:, 7 + joint] = replay.character.limits[joint, 1] + np.radians(beyond_deg)
+    followed = Followed(graded("followed by mpc", 9.0, "mm", 100), None, replace(replay, qpos=qpos))
+    output = Output(as_json=False)
+    CheckMotion("any", replay=tmp_path / "replay.npz")._write_replay(followed, output)
+    said = " ".join(output.warnings)
+    assert ("beyond the range of left_elbow_flexion by 6.0 deg" in said) == (beyond_deg > 0)
+    assert (tmp_path / "replay.npz").is_file()
+
+
 def test_the_command_on_a_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, content = run(capsys, folder, "--no-track")
     assert (code, content["kept"], content["verdict"]) == (1, 1, "fail")
