@@ -51,7 +51,7 @@ def test_a_walk_of_amass(tmp_path: Path) -> None:
     assert any("betas are not used" in warning for warning in result.report.warnings)
 
 
-def test_rotation_vectors_in_degrees_are_named(tmp_path: Path) -> None:
+def test_degrees_and_centimetres_are_named(tmp_path: Path) -> None:
     walk = smpl_walk(30)
     poses = np.concatenate([walk["root_orient"], walk["pose_body"]], axis=1)
     said = {}
@@ -60,6 +60,9 @@ def test_rotation_vectors_in_degrees_are_named(tmp_path: Path) -> None:
         said[unit] = " ".join(import_motion(path).report.warnings)
     assert "degrees? read as rad" in said["deg"]
     assert "degrees" not in said["rad"]
+    assert "centimetres" not in said["rad"]
+    path = save(tmp_path / "cm.npz", poses=poses, trans=100 * walk["trans"], mocap_framerate=60.0)
+    assert "centimetres? read as m" in " ".join(import_motion(path).report.warnings)
 
 
 def test_the_layouts_of_smpl_are_one_motion(tmp_path: Path) -> None:

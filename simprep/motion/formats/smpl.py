@@ -25,6 +25,8 @@ WHOLE = ("poses", "smpl_poses", "pose", "fullpose")
 """Entries with all joints (T, 3 N), the root first."""
 ROOT = ("root_orient", "global_orient")
 BODY_POSE = ("pose_body", "body_pose")
+FASTEST_MPS = 15.0
+"""Nobody moves faster over a whole clip; the fastest sprinters reach 12 [m/s]."""
 PLACE = ("trans", "transl", "smpl_trans")
 RATES = ("mocap_framerate", "mocap_frame_rate", "fps", "frame_rate", "framerate")
 HANDS = {"pose_lhand", "pose_rhand"}
@@ -65,6 +67,9 @@ def smpl_clip(path: Path, entries: Mapping[str, Any], options: ReadOptions, rate
         notes.append(
             f"a joint is turned by {turn:.0f} rad, more than once around, in half of the frames: degrees? read as rad"
         )
+    speed = float(np.linalg.norm(np.diff(place, axis=0), axis=1).mean() * fps) if len(place) > 1 else 0.0
+    if speed > FASTEST_MPS:
+        notes.append(f"the body moves at {speed:.0f} m/s in the mean: centimetres? read as m")
     local = np.tile(np.eye(3), (len(poses), len(JOINTS), 1, 1))
     turned = Rotation.from_rotvec(poses[:, : 3 * BODY].reshape(-1, 3)).as_matrix()
     local[:, :BODY] = turned.reshape(len(poses), BODY, 3, 3)
