@@ -102,6 +102,13 @@ EVERYTHING = (
             "--store", "{out}/records", "-o", "{out}",
         ), "summary.json", 20,
     ),
+    Made(
+        "posture_optimization_mpc", "posture_optimization_mpc",
+        (
+            "scripts/study_posture_optimization.py", "--controllers", "mpc", "--seeds", "1", "--preset", "live", "--processes", "2",
+            "--store", "{out}/records", "-o", "{out}",
+        ), "summary.json", 22,
+    ),
 )  # fmt: skip
 """In the order of the README."""
 
