@@ -26,7 +26,7 @@ from simprep.motion.store import read_motion  # noqa: E402
 ARGUMENTS = ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
 LONGEST_S = 240.0
 """A page that is drawn without a graphics card takes its time."""
-FLOOR = (330, 330)
+FLOOR = (400, 380)  # some 2 m before the character, left of the controls
 """Pixel on the floor, left of the controls, from where the camera begins."""
 
 
