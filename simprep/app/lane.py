@@ -32,20 +32,13 @@ class Lane:
     Args:
         stage: the scene.
         director: who leads the bodies.
-        arm: what it is called.
         preset, seed, controller: of the `Tracker`.
     """
 
     def __init__(
-        self,
-        stage: Stage,
-        director: Director,
-        arm: str,
-        preset: str | None,
-        seed: int,
-        controller: str | ControllerFactory,
+        self, stage: Stage, director: Director, preset: str | None, seed: int, controller: str | ControllerFactory
     ) -> None:
-        self.stage, self.director, self.arm = stage, director, arm
+        self.director = director
         world = SceneSettings(obstacles=stage.obstacles)
         self.tracker = PageTracker(director.characters, preset, seed, controller, SimulationSettings(scene=world))
         director.begin(self.tracker)

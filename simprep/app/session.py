@@ -158,7 +158,7 @@ class Session:
             if self.is_duel and s.beside is not None:
                 s = self.settings = replace(s, beside=None)
             self.lanes = tuple(
-                Lane(self.stage, self._directed(arm), arm, s.preset, s.seed, s.controller)
+                Lane(self.stage, self._directed(arm), s.preset, s.seed, s.controller)
                 for arm in (s.arm, s.beside)
                 if arm is not None
             )
@@ -224,7 +224,6 @@ class Session:
                 raise UnknownNameError("arm", arm, ARMS)
             if isinstance(self.director, Approaching):
                 self.director.switch(arm)
-            self.lanes[0].arm = arm
             self.settings = replace(self.settings, arm=arm)
             self.told = f"arm {arm}"
 
@@ -349,9 +348,9 @@ class Session:
 
     def _moment(self) -> Moment:
         moments = [lane.moment() for lane in self.lanes]
-        if len(moments) == 1:
+        if self.settings.beside is None:
             return moments[0]
-        return both(moments[0], moments[1], (self.lanes[0].arm, self.lanes[1].arm))
+        return both(moments[0], moments[1], (self.settings.arm, self.settings.beside))
 
 
 def _launched(name: str) -> str:
