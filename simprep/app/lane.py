@@ -61,7 +61,7 @@ class Lane:
         """Push a segment of a body from now on [N, s]; its name. SettingError if there is none of that number."""
         bodies = self.tracker.bodies
         if not (0 <= body < len(bodies) and 0 <= segment < len(bodies[body].segment_names)):
-            raise SettingError(f"nothing to push: body {body}, segment {segment}")
+            raise SettingError(f"nothing to push: body {body}, segment {segment}; valid: numbers of what is drawn")
         name = bodies[body].prefix + bodies[body].segment_names[segment]
         now = self.tracker.state.time
         self.tracker.push(Push(name, now, seconds, force))

@@ -256,12 +256,13 @@ class Session:
         with self.lock:
             angle = np.radians(angle_deg)
             vector = (float(force * np.cos(angle)), float(force * np.sin(angle)), 0.0)
-            count = len(self.lanes[0].director.characters)
             if body is None:
                 names = {lane.push(vector, seconds, 0, segment) for lane in self.lanes}
             else:
-                lane = self.lanes[min(max(body // count, 0), len(self.lanes) - 1)]
-                names = {lane.push(vector, seconds, body - count * self.lanes.index(lane), segment)}
+                lane, own = divmod(body, len(self.director.characters))
+                if not 0 <= lane < len(self.lanes):
+                    raise SettingError(f"nothing to push: body {body}; valid: 0 to {len(self.shown[1]) - 1}")
+                names = {self.lanes[lane].push(vector, seconds, own, segment)}
             self.told = f"push of {force:.0f} N at {', '.join(names)}, from outside"
 
     def pause(self, paused: bool = True) -> None:

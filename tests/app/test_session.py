@@ -159,6 +159,9 @@ def test_two_arms_side_by_side_are_two_worlds_that_hear_the_same(tmp_path):
     session.push(150, 90, body=1)
     run(session, 11)  # the first push is over
     assert session.newest.pushed == (1,)
+    for nobody in (-1, 2):
+        with pytest.raises(SettingError, match="valid: 0 to 1"):
+            session.push(150, 90, body=nobody)
     path = session.save("second", body=1)
     assert len(read_motion(path)) == 19
 
