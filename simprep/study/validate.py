@@ -95,21 +95,22 @@ def run_study(
     study = Study(plan)
     tell = on_progress or (lambda what, done: None)
     begin = perf_counter()
+    keys: dict[Case, _Key] = {}
     found: dict[_Key, Outcome] = {}
     try:
         for condition in plan.conditions():
             tell(f"building {condition.slug}", 0.0)
             _build(study, condition, motions_folder)
-        jobs = _jobs(study, settings)
-        cases = plan.cases()
-        keys = list(jobs)
-        share = len(cases) / len(keys)  # some jobs are several cases
+        keys = {case: _key(study, case) for case in plan.cases()}
+        jobs = _jobs(study, keys, settings)
+        share = len(keys) / len(jobs)  # some jobs are several cases
+        order = list(jobs)
         for number, one in outcomes(list(jobs.values()), processes, lambda what, done: tell(what, share * done)):
-            found[keys[number]] = one
+            found[order[number]] = one
         study.complete = True
     except KeyboardInterrupt:
         study.complete = False
-    _keep(study, found, motions_folder)
+    _keep(study, keys, found, motions_folder)
     study.wall_s = perf_counter() - begin
     tell("done", len(study.results))
     return study
@@ -135,11 +136,10 @@ def _key(study: Study, case: Case) -> _Key:
     return motion.qpos.tobytes(), motion.fps, case.controller, case.seed
 
 
-def _jobs(study: Study, settings: SimulationSettings | None) -> dict[_Key, Job]:
+def _jobs(study: Study, keys: Mapping[Case, _Key], settings: SimulationSettings | None) -> dict[_Key, Job]:
     """What is to be simulated, by what makes it different; cases with equal motions share a job."""
     jobs: dict[_Key, Job] = {}
-    for case in study.plan.cases():
-        key = _key(study, case)
+    for case, key in keys.items():
         if key not in jobs:
             label = f"{case.controller} {case.condition.slug} seed {case.seed}"
             motion, keep = study.conditions[case.condition], case.seed == study.plan.seeds[0]
@@ -147,15 +147,15 @@ def _jobs(study: Study, settings: SimulationSettings | None) -> dict[_Key, Job]:
     return jobs
 
 
-def _keep(study: Study, found: Mapping[_Key, Outcome], folder: Path | None) -> None:
+def _keep(study: Study, keys: Mapping[Case, _Key], found: Mapping[_Key, Outcome], folder: Path | None) -> None:
     """Take what was found as results, in the order of the plan; of cases with one motion, the first one's is saved."""
     saved: set[_Key] = set()
-    for case in study.plan.cases():
-        one = found.get(_key(study, case)) if case.condition in study.conditions else None
-        if one is None:
+    for case, key in keys.items():
+        if key not in found:
             continue
+        one = found[key]
         study.results.append(CaseResult(case, one.metrics, one.simulated))
-        if one.simulated is not None and folder is not None and _key(study, case) not in saved:
-            saved.add(_key(study, case))
+        if one.simulated is not None and folder is not None and key not in saved:
+            saved.add(key)
             name = f"{case.condition.slug}_{case.controller}.npz"
             study.files.append(save_motion(one.simulated, folder / name))
