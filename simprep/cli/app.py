@@ -61,9 +61,9 @@ class AppCommand(BaseCommand):
             SessionSettings(self.scene, self.arm, self.preset, self.controller, self.seed, self.out, self.beside)
         )
         app = App(session, self.host, self.port)
-        # also with --json and --quiet: without it the page cannot be found
-        print(f"simprep app: {app.address} (Ctrl-C ends it)", file=sys.stderr, flush=True)
         try:
+            # also with --json and --quiet: without it the page cannot be found
+            print(f"simprep app: {app.address} (Ctrl-C ends it)", file=sys.stderr, flush=True)
             app.serve(self.seconds)
         except KeyboardInterrupt:
             output.say("stopped")

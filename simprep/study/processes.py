@@ -3,12 +3,26 @@
 import os
 import signal
 import threading
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
-from multiprocessing.connection import Connection
+import traceback
+from collections.abc import Callable, Generator, Iterable
+from contextlib import suppress
+from dataclasses import dataclass
+from itertools import islice
+from multiprocessing import get_context, parent_process
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from typing import TypeVar, cast
+
+J = TypeVar("J")
+R = TypeVar("R")
 
 MOST = 8
 """So many by themselves at most: each holds some 300 MB."""
+
+
+@dataclass(frozen=True)
+class Died:
+    """What comes of a job whose process died: killed, or out of memory."""
 
 
 def default_processes() -> int:
@@ -21,35 +35,96 @@ def threads_of(processes: int) -> int:
     return max(1, (os.cpu_count() or 1) // processes)
 
 
-class Processes:
-    """Processes that end when this one does, however that ends, or when they are told to, in the middle of their work.
+def each_in_processes(
+    function: Callable[[J], R], jobs: Iterable[J], processes: int
+) -> Generator[tuple[J, R | Died], None, None]:
+    """Call a function for each job, in processes that are killed when this generator is closed or this process ends.
+
+    Each process has a pipe of its own and shares no lock, so one that is killed, in whatever it does, holds up nobody;
+    pools of the standard library wait for ever for a result that is cut off.
 
     Args:
-        count: how many.
+        function: of a module; it, the jobs and the results are pickled.
+        jobs: taken one by one as processes become free.
+        processes: how many at most.
 
-    Attributes:
-        executor: takes functions of modules and what they need; results come back pickled.
+    Returns:
+        Each job with what came of it, as they finish.
+
+    Raises:
+        Exception: what the function raised, with the other process's traceback as a note.
     """
-
-    def __init__(self, count: int) -> None:
-        context = get_context("spawn")
-        self._theirs, self._ours = context.Pipe(duplex=False)
-        self.executor = ProcessPoolExecutor(count, context, _begin, (self._theirs,))
-
-    def close(self) -> None:
-        """End them."""
-        self._ours.close()  # the processes' only sign of life of this one
-        self.executor.shutdown(wait=True, cancel_futures=True)
-        self._theirs.close()
-
-
-def _begin(stop: Connection) -> None:
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that people started
-    threading.Thread(target=_end_with, args=(stop,), daemon=True).start()
-
-
-def _end_with(stop: Connection) -> None:
+    waiting = iter(jobs)
+    at_work: dict[Connection, tuple[SpawnProcess, J]] = {}
     try:
-        stop.recv_bytes()
-    except (EOFError, OSError):
-        os._exit(1)
+        while True:
+            for job in islice(waiting, processes - len(at_work)):
+                at_work.update([_started(function, job)])
+            if not at_work:
+                return
+            for ours in cast(list[Connection], wait(list(at_work))):
+                process, job = at_work[ours]
+                try:
+                    message = ours.recv()
+                    if message == _READY:
+                        ours.send(job)
+                        continue
+                except (EOFError, OSError):
+                    _end(at_work, ours)
+                    yield job, Died()
+                    continue
+                succeeded, result = message
+                if not succeeded:
+                    raise result
+                yield job, result
+                for following in islice(waiting, 1):
+                    at_work[ours] = process, following
+                    with suppress(OSError):  # it died meanwhile: reading from it will tell
+                        ours.send(following)
+                    break
+                else:
+                    _end(at_work, ours)
+    finally:
+        for ours in list(at_work):
+            _end(at_work, ours)
+
+
+_READY = "ready"
+
+
+def _started(function: Callable[[J], R], job: J) -> tuple[Connection, tuple[SpawnProcess, J]]:
+    context = get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(target=_work, args=(function, theirs), daemon=True)
+    process.start()
+    theirs.close()  # so that reading ends when the process does
+    return ours, (process, job)
+
+
+def _end(at_work: dict[Connection, tuple[SpawnProcess, J]], ours: Connection) -> None:
+    process, _ = at_work.pop(ours)
+    process.kill()
+    process.join()
+    ours.close()
+
+
+def _work(function: Callable[[J], R], theirs: Connection) -> None:
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process that people started
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    theirs.send(_READY)
+    while True:
+        job: J = theirs.recv()
+        try:
+            message = True, function(job)
+        except Exception as error:
+            error.add_note(traceback.format_exc())
+            theirs.send((False, error))
+        else:
+            theirs.send(message)
+
+
+def _end_with_parent() -> None:
+    parent = parent_process()
+    assert parent is not None
+    parent.join()
+    os._exit(1)

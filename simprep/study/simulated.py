@@ -1,8 +1,7 @@
 """The simulations of a validation study, one after the other or in several processes: the same results, bit for bit."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, wait
-from concurrent.futures.process import BrokenProcessPool
+from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
@@ -13,7 +12,7 @@ from simprep.motion.motion import Motion
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track
 from simprep.study.doses import StabilitySettings, measures_of
-from simprep.study.processes import Processes, threads_of
+from simprep.study.processes import Died, each_in_processes, threads_of
 from simprep.study.stability import stability
 
 Tell = Callable[[str, float], None]
@@ -72,22 +71,20 @@ def outcomes(jobs: Sequence[Job], processes: int, tell: Tell) -> Iterator[tuple[
         for number, job in enumerate(jobs):
             yield number, outcome(job, partial(_tell, tell, number))
         return
-    pool = Processes(min(processes, max(1, len(jobs))))
-    try:
-        waiting = {pool.executor.submit(outcome, _sharing(job, processes)): number for number, job in enumerate(jobs)}
-        done = 0
-        while waiting:
-            finished, _ = wait(waiting, return_when=FIRST_COMPLETED)
-            for future in finished:
-                number, done = waiting.pop(future), done + 1
-                tell(jobs[number].label, done)
-                yield number, future.result()
-    except BrokenProcessPool:
-        raise SimprepError(
-            "a process that simulated cases died: killed, or out of memory; valid: --processes with fewer of them"
-        ) from None
-    finally:
-        pool.close()
+    shared = [(number, _sharing(job, processes)) for number, job in enumerate(jobs)]
+    with closing(each_in_processes(_numbered, shared, processes)) as finished:
+        for done, ((number, job), one) in enumerate(finished, 1):
+            if isinstance(one, Died):
+                raise SimprepError(
+                    f"the process that simulated {job.label} died: killed, or out of memory; valid: --processes with "
+                    "fewer of them"
+                )
+            tell(job.label, done)
+            yield number, one
+
+
+def _numbered(numbered: tuple[int, Job]) -> Outcome:
+    return outcome(numbered[1])
 
 
 def _tell(tell: Tell, number: int, what: str, share: float) -> None:

@@ -5,12 +5,13 @@ An engine gives each case with what `measure_case` returns of it, in the order i
 
 import threading
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, wait
-from concurrent.futures.process import BrokenProcessPool
+from concurrent.futures import CancelledError
+from contextlib import closing
+from functools import partial
 from typing import Any
 
 from simprep.errors import MissingExtraError, SettingError, SimprepError
-from simprep.study.processes import Processes, threads_of
+from simprep.study.processes import Died, each_in_processes, threads_of
 from simprep.study.sweep.cases import SweepCase
 from simprep.study.sweep.code import results_code
 from simprep.study.sweep.measure import ERROR, measure_case, processor
@@ -69,58 +70,27 @@ def in_processes(
 ) -> Iterator[tuple[SweepCase, Content]]:
     """Run cases in processes of this machine.
 
-    If a process dies (killed for memory, say), the cases that were running are run again one at a time; the one that
-    kills its process again is an `error`.
+    If a process dies (killed for memory, say), its case is run once more when the others are finished, alone; if that
+    kills its process again, the case is an `error`.
 
     Args:
         cases: what to run.
         processes: how many.
         threads: simulation threads of `mpc` in each; None: the cores are shared among the processes.
     """
-    threads = threads or threads_of(processes)
-    waiting, running, pool = iter(cases), dict[Future[Content], SweepCase](), Processes(processes)
-    try:
-        while True:
-            while len(running) < processes and (case := next(waiting, None)):
-                running[_submit(pool, case, threads)] = case
-            if not running:
-                return
-            finished, _ = wait(running, return_when=FIRST_COMPLETED)
-            suspects = []
-            for future in finished:
-                case = running.pop(future)
-                if isinstance(future.exception(), BrokenProcessPool):
-                    suspects.append(case)
-                else:
-                    yield case, future.result()
-            if suspects:
-                suspects += running.values()
-                running.clear()
-                pool.close()
-                for case in suspects:
-                    yield case, _alone(case, threads)
-                pool = Processes(processes)
-    finally:
-        pool.close()
-
-
-def _submit(pool: Processes, case: SweepCase, threads: int) -> "Future[Content]":
-    try:
-        return pool.executor.submit(run_job, case, threads)
-    except BrokenProcessPool as error:  # one died while none of its cases was looked at
-        future: Future[Content] = Future()
-        future.set_exception(error)
-        return future
-
-
-def _alone(case: SweepCase, threads: int) -> Content:
-    pool = Processes(1)
-    try:
-        return pool.executor.submit(run_job, case, threads).result()
-    except BrokenProcessPool:
-        return died("the process that ran it died, twice: killed, or out of memory")
-    finally:
-        pool.close()
+    run = partial(run_job, threads=threads or threads_of(processes))
+    again = []
+    with closing(each_in_processes(run, cases, processes)) as finished:
+        for case, content in finished:
+            if isinstance(content, Died):
+                again.append(case)
+            else:
+                yield case, content
+    for case in again:
+        _, content = next(each_in_processes(run, [case], 1))
+        if isinstance(content, Died):
+            content = died("the process that ran it died, twice: killed, or out of memory")
+        yield case, content
 
 
 def on_dask(cases: Iterable[SweepCase], address: str) -> Iterator[tuple[SweepCase, Content]]:
