@@ -5,6 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from simprep.check.finding import FAIL, WARN, Finding, graded
+from simprep.check.mend import in_range
 from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.edit import repeat
 from simprep.motion.motion import Motion
@@ -26,12 +27,15 @@ class Followed:
     Attributes:
         finding: the verdict.
         run: the simulation.
-        replay: what physics made of the motion, at its frame rate; None if the body fell.
+        replay: what physics made of the motion, at its frame rate, with joints set back to the end of their range where
+            they gave way at it; None if the body fell.
+        changes: what was set back so, one line; or none.
     """
 
     finding: Finding
     run: Run
     replay: Motion | None
+    changes: tuple[str, ...] = ()
 
 
 def follow(
@@ -69,7 +73,7 @@ def follow(
     if not metrics["success"]:  # it strays from its place, and does what it should
         note = f"{note}; strays: {float(metrics['max_body_distance_mm'] or 0) / 1e3:.2f} m from the motion at most"
         finding = replace(finding, verdict=WARN, note=note)
-    replay = replace(
-        run.simulated_motion().resample(motion.fps), name=f"{motion.name}_replay", source=f"simulated: {motion.source}"
-    )
-    return Followed(finding, run, replay)
+    replay = run.simulated_motion().resample(motion.fps)
+    qpos, changes = in_range(replay.qpos, motion.character)  # stops of joints are soft in a simulation
+    replay = replace(replay, qpos=qpos, name=f"{motion.name}_replay", source=f"simulated: {motion.source}")
+    return Followed(finding, run, replay, tuple(changes))

@@ -55,15 +55,8 @@ def mend(motion: Motion) -> Mended:
     """
     one = subject(motion)
     qpos, changes = _without_spikes(motion.qpos, motion.fps, velocity_limits(one)[0], motion.character.joints)
-    low, high = motion.character.limits.T
-    beyond = np.maximum(low - qpos[:, 7:], qpos[:, 7:] - high)
-    if beyond.max() > 1e-9:
-        joint = int(np.argmax(beyond.max(axis=0)))
-        changes.append(
-            f"limits: {int((beyond > 1e-9).any(axis=0).sum())} joints set back into their range, "
-            f"{motion.character.joints[joint]} by up to {np.degrees(beyond.max()):.1f} deg"
-        )
-        qpos[:, 7:] = np.clip(qpos[:, 7:], low, high)
+    qpos, more = in_range(qpos, motion.character)
+    changes += more
     qpos, more = _on_floor(qpos, motion)
     changes += more
     qpos, more = _still_soles(qpos, motion)
@@ -75,6 +68,20 @@ def mend(motion: Motion) -> Mended:
         return Mended(motion, ())
     contacts = motion.contacts & detect_contacts(qpos, motion.fps, motion.character)
     return Mended(replace(motion, qpos=qpos, contacts=contacts, source=f"mended: {motion.source}"), tuple(changes))
+
+
+def in_range(qpos: FloatArray, character: Character) -> tuple[FloatArray, list[str]]:
+    """Poses (T, 7 + J) with every joint set back into its range, and what was changed: one line, or none."""
+    low, high = character.limits.T
+    beyond = np.maximum(low - qpos[:, 7:], qpos[:, 7:] - high)
+    if beyond.max() <= 1e-9:
+        return qpos, []
+    joint = int(np.argmax(beyond.max(axis=0)))
+    out = np.hstack([qpos[:, :7], np.clip(qpos[:, 7:], low, high)])
+    return out, [
+        f"limits: {int((beyond > 1e-9).any(axis=0).sum())} joints set back into their range, "
+        f"{character.joints[joint]} by up to {np.degrees(beyond.max()):.1f} deg"
+    ]
 
 
 def _without_spikes(

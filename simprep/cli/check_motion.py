@@ -111,7 +111,7 @@ class CheckMotion(BaseCommand):
                 followed = follow(motion, self.seed, self.preset, progress)
             checked = replace(checked, findings=(*checked.findings, followed.finding))
             if self.replay:
-                content["replay"] = self._write_replay(followed, output)
+                content |= {"replay": self._write_replay(followed, output), "replay_changes": list(followed.changes)}
         if table:
             output.say(_table(checked))
             output.say(
@@ -133,8 +133,6 @@ class CheckMotion(BaseCommand):
         return mended.motion, list(mended.changes)
 
     def _write_replay(self, followed: Any, output: Output) -> str | None:
-        from simprep.check.limits import joint_range
-        from simprep.check.subject import subject
         from simprep.motion.export import export_motion
 
         assert self.replay is not None
@@ -146,12 +144,8 @@ class CheckMotion(BaseCommand):
             f"replay: every pose is now the simulated one, {followed.finding.value:.0f} mm from the motion's on average; "
             f"written: {self.replay}" + (f"; not kept: {'; '.join(lost)}" if lost else "")
         )
-        beyond = joint_range(subject(followed.replay))
-        if beyond.verdict != "pass":
-            output.warn(
-                f"the replay is beyond the range of {beyond.part} by {beyond.value:.1f} deg, as joints give way at their "
-                "stops in the simulation; --fix on the replay sets it back"
-            )
+        for change in followed.changes:
+            output.say(f"replay: {change}, as stops of joints are soft in the simulation")
         return str(self.replay)
 
     def _read(self, text: str) -> "tuple[Motion, tuple[str, ...], tuple[Finding, ...]]":
@@ -199,9 +193,10 @@ class CheckMotion(BaseCommand):
                     for one in record.get("findings", ())
                     if one["verdict"] == "fail"
                 ]
+                told = [f"read: {note}" for note in record.get("notes", ())[1:]]  # the first names the format
                 table.add_row(
                     str(path.relative_to(folder)), record["decision"], ", ".join(record["raised"]),
-                    record.get("error") or "; ".join(reasons) or ("as recorded" if known else ""),
+                    record.get("error") or "; ".join(reasons + told) or ("as recorded" if known else ""),
                 )  # fmt: skip
         except KeyboardInterrupt:
             raise KeyboardInterrupt(
@@ -218,7 +213,8 @@ class CheckMotion(BaseCommand):
             "verdict": "pass" if kept == len(files) else "fail",
             "kept": kept,
             "files": [
-                {key: record.get(key) for key in ("file", "decision", "verdict", "raised", "error")} for record in files
+                {key: record.get(key) for key in ("file", "decision", "verdict", "raised", "error", "notes")}
+                for record in files
             ],
         }
 

@@ -150,23 +150,22 @@ def test_the_command_writes_a_replay(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert (tmp_path / "replay.csv").read_text().startswith("time_s")
 
 
-@pytest.mark.parametrize("beyond_deg", [0.0, 6.0])
-def test_a_replay_beyond_a_stop_is_said(beyond_deg: float, tmp_path: Path) -> None:
-    from simprep.check.finding import graded
-    from simprep.check.follow import Followed
-    from simprep.cli.check_motion import CheckMotion
-    from simprep.cli.output import Output
-
-    replay = once(library_motion("step_forward"))
-    joint = replay.character.joint("left_elbow_flexion")
-    qpos = replay.qpos.copy()
-    qpos[:, 7 + joint] = replay.character.limits[joint, 1] + np.radians(beyond_deg)
-    followed = Followed(graded("followed by mpc", 9.0, "mm", 100), None, replace(replay, qpos=qpos))
-    output = Output(as_json=False)
-    CheckMotion("any", replay=tmp_path / "replay.npz")._write_replay(followed, output)
-    said = " ".join(output.warnings)
-    assert ("beyond the range of left_elbow_flexion by 6.0 deg" in said) == (beyond_deg > 0)
-    assert (tmp_path / "replay.npz").is_file()
+def test_a_replay_keeps_to_the_ranges_and_says_what_was_set_back(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    motion = once(library_motion("step_forward"))[:60]
+    qpos = motion.qpos.copy()
+    joint = motion.character.joint("left_elbow_flexion")
+    low, high = motion.character.limits.T
+    qpos[:, 7 + joint] = high[joint]  # the simulated elbow gives way at its stop
+    path = save_motion(replace(motion, qpos=qpos), tmp_path / "bent.npz")
+    _, content = run(capsys, path, "--preset", "live", "--replay", tmp_path / "replay.npz")
+    (change,) = content["replay_changes"]
+    assert "left_elbow_flexion by up to" in change
+    replay = read_motion(tmp_path / "replay.npz").qpos[:, 7:]
+    assert (replay <= high).all()
+    assert (replay >= low).all()
+    assert replay[:, joint].max() == high[joint]
 
 
 def test_the_command_on_a_folder(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
