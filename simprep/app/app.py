@@ -6,6 +6,7 @@ import threading
 import time
 import warnings
 
+import numpy as np
 import viser
 
 from simprep.app.loop import SessionLoop
@@ -44,12 +45,13 @@ class App:
 
     def serve(self, seconds: float | None = None) -> None:
         """Draw until `stop`, Ctrl-C, or so many seconds are over."""
-        end = None if seconds is None else time.perf_counter() + seconds
-        while not self._stop.is_set() and (end is None or time.perf_counter() < end):
-            begin = time.perf_counter()
+        due = time.perf_counter()
+        end = np.inf if seconds is None else due + seconds
+        while not self._stop.is_set() and (now := time.perf_counter()) < end:
             for page in list(self._pages.values()):
                 page.update()
-            self._stop.wait(max(1 / SHOWN_FPS - (time.perf_counter() - begin), 0.002))
+            due = max(due, now - 1 / SHOWN_FPS) + 1 / SHOWN_FPS  # a wait that was too long shortens the next one
+            self._stop.wait(max(due - time.perf_counter(), 0.002))
 
     @property
     def frame_rates(self) -> tuple[float, ...]:

@@ -1,7 +1,5 @@
 """The model that is drawn: the simulated bodies, a ghost of each where its reference is, and the things around."""
 
-from dataclasses import replace
-
 import mujoco
 import numpy as np
 
@@ -9,11 +7,14 @@ from simprep.app.moments import Moment
 from simprep.app.stage import Stage
 from simprep.character import Character
 from simprep.physics.bodies import scene_bodies
-from simprep.scene import SceneSettings, scene_spec
+from simprep.report.replay.meshes import segment_meshes
+from simprep.scene import SceneSettings, body_prefix, scene_spec
 
 COLOURS = ((0.86, 0.45, 0.25), (0.25, 0.5, 0.8), (0.4, 0.65, 0.4))
 """Of the bodies, in order."""
 GHOST_OPACITY = 0.25
+GHOST_SIZE = 0.95
+"""Of its segments: a ghost that stands where its body is lies within it, so that the body is seen, and grabbed."""
 
 
 class Display:
@@ -32,8 +33,7 @@ class Display:
     def __init__(self, characters: tuple[Character, ...], stage: Stage) -> None:
         self._count = len(characters)
         bodies = (*characters, *characters)
-        spec = scene_spec(replace(SceneSettings(bodies=bodies, obstacles=stage.obstacles)))
-        self.model = spec.compile()
+        self.model = _drawn(scene_spec(SceneSettings(bodies=bodies, obstacles=stage.obstacles)), bodies).compile()
         self.data = mujoco.MjData(self.model)
         self._bodies = scene_bodies(self.model, bodies)
         self._things = [int(self.model.jnt_qposadr[self.model.joint(one.name).id]) for one in stage.moving]
@@ -65,3 +65,24 @@ class Display:
             data.qpos[at : at + 7] = place
         mujoco.mj_kinematics(self.model, data)
         return data
+
+
+def _drawn(spec: mujoco.MjSpec, characters: tuple[Character, ...]) -> mujoco.MjSpec:
+    """The same bodies, of which the second half are ghosts, with one coarse mesh for each segment, which browsers draw several times faster than its geoms."""
+    for pair in list(spec.pairs):
+        spec.delete(pair)
+    for number, character in enumerate(characters):
+        for segment, (vertices, faces) in zip(character.segments, segment_meshes(character)):
+            body = spec.body(body_prefix(number, len(characters)) + segment)
+            for geom in list(body.geoms):
+                spec.delete(geom)
+            body.explicitinertial, body.mass, body.inertia = True, 1.0, np.ones(3)  # it is not simulated
+            if len(vertices):
+                if number >= len(characters) // 2:
+                    vertices = vertices.mean(axis=0) + GHOST_SIZE * (vertices - vertices.mean(axis=0))
+                mesh = spec.add_mesh(
+                    name=f"shape {number} {segment}", inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
+                )
+                mesh.uservert, mesh.userface = vertices.ravel(), faces.ravel()
+                body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh.name)
+    return spec

@@ -32,7 +32,7 @@ class FloorDrawing:
             self._points.append(
                 {
                     name: scene.add_icosphere(
-                        f"/marks/{number}/{name}", radius=0.03, color=_COLOURS[name], visible=False
+                        f"/marks/{number}/{name}", radius=0.03, subdivisions=1, color=_COLOURS[name], visible=False
                     )
                     for name in ("com", "xcom", "pressure")
                 }
@@ -48,7 +48,8 @@ class FloorDrawing:
         )
         self._push_text = scene.add_label("/marks/push_text", "", visible=False)
         self._hits = [
-            scene.add_icosphere(f"/hits/{k}", radius=0.05, color=(255, 60, 0), visible=False) for k in range(MOST_HITS)
+            scene.add_icosphere(f"/hits/{k}", radius=0.05, subdivisions=1, color=(255, 60, 0), visible=False)
+            for k in range(MOST_HITS)
         ]
         self._texts = [scene.add_label(f"/hit_texts/{k}", "", visible=False) for k in range(MOST_HITS)]
 

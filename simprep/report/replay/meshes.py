@@ -16,6 +16,8 @@ VISIBLE_GROUPS = 3
 """Geoms of the groups 0 to 2 are what MuJoCo's own viewer shows. A segment without such a geom shows the others."""
 CELL_DIGITS = 2
 """Vertices of a mesh file are merged where they agree to so many decimals of a metre: a robot fits in a small file."""
+SMALL_M = 0.03
+"""Balls up to this radius, such as the soles', are drawn with a quarter of the triangles [m]."""
 ROUND = 12
 """Segments around a capsule or cylinder."""
 
@@ -71,7 +73,7 @@ def obstacle_mesh(obstacle: Obstacle) -> Mesh:
 def _primitive(kind: int, size: FloatArray) -> Any:
     trimesh, shapes = load_trimesh(), mujoco.mjtGeom
     if kind == shapes.mjGEOM_SPHERE:
-        return trimesh.creation.icosphere(subdivisions=2, radius=size[0])
+        return trimesh.creation.icosphere(subdivisions=2 if size[0] > SMALL_M else 1, radius=size[0])
     if kind == shapes.mjGEOM_ELLIPSOID:
         mesh = trimesh.creation.icosphere(subdivisions=2, radius=1.0)
         mesh.apply_scale(size)
