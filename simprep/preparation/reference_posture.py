@@ -49,9 +49,13 @@ def target_frame(target: Motion) -> int:
         MotionError: the motion does not mark it.
     """
     if TARGET_EVENT not in target.events:
+        places = forward_kinematics(target.qpos, target.character).xpos
+        steps = np.linalg.norm(np.diff(places, axis=0, prepend=places[:1]), axis=2)
+        frame, segment = np.unravel_index(steps.argmax(), steps.shape)
         raise MotionError(
             f"{target.name}: the first frame of the target movement is not marked; give the motion an event "
-            f"{TARGET_EVENT!r} (command line: --target-frame N), valid: 0 to {len(target) - 1}"
+            f"{TARGET_EVENT!r} (command line: --target-frame N), valid: 0 to {len(target) - 1}; its fastest part is the "
+            f"{target.character.segments[segment].replace('_', ' ')}, at frame {frame}: the movement begins before that"
         )
     return target.events[TARGET_EVENT]
 
