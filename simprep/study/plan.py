@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.motion import Motion
 from simprep.physics.named_controllers import CONTROLLERS
+from simprep.preparation.reference_posture import target_frame
 from simprep.preparation.scenario import ALL_ARMS, ARMS, AlphaProfile
 from simprep.study.doses import StabilitySettings
 
@@ -71,6 +72,7 @@ class StudyPlan:
 
     Raises:
         SettingError: something is empty or repeated, or a level outside 0 to 1.
+        MotionError: the first frame of a target movement is not marked.
         UnknownNameError: an unknown arm or controller.
     """
 
@@ -96,6 +98,8 @@ class StudyPlan:
                 raise SettingError(
                     f"{what}s {', '.join(map(str, values)) or '(none)'}; valid: at least one, all different"
                 )
+        for target in self.targets:
+            target_frame(target)
         for alpha in self.alphas:
             if not 0 <= alpha <= 1:
                 raise SettingError(f"alpha {alpha:g}; valid: 0 to 1")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from simprep.cli.main import main
-from simprep.errors import SettingError, UnknownNameError
+from simprep.errors import MotionError, SettingError, UnknownNameError
 from simprep.humanoid_model import humanoid
 from simprep.library import library_motion
 from simprep.motion.motion import Motion
@@ -22,8 +22,9 @@ FRAMES = 31
 
 def still(name):
     return Motion(
-        np.repeat(humanoid().standing_qpos.copy()[None], FRAMES, axis=0), 30.0, np.ones((FRAMES, 2), bool), name=name
-    )
+        np.repeat(humanoid().standing_qpos.copy()[None], FRAMES, axis=0), 30.0, np.ones((FRAMES, 2), bool), name=name,
+        events={"target": 15},
+    )  # fmt: skip
 
 
 def fake_scenario(locomotion, target, profile, arm, *args, **kwargs):
@@ -96,6 +97,8 @@ def test_a_plan_runs_every_combination_and_deterministic_controllers_once():
         replace(plan, arms=("magic",))
     with pytest.raises(SettingError, match=r"alpha 1\.2"):
         replace(plan, alphas=(1.2,))
+    with pytest.raises(MotionError, match="still: the first frame of the target movement is not marked"):
+        replace(plan, targets=(replace(still("still"), events={}),))
 
 
 def test_equal_motions_are_simulated_once_and_reported_for_each(fakes):
