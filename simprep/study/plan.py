@@ -98,8 +98,6 @@ class StudyPlan:
                 raise SettingError(
                     f"{what}s {', '.join(map(str, values)) or '(none)'}; valid: at least one, all different"
                 )
-        for target in self.targets:
-            target_frame(target)
         for alpha in self.alphas:
             if not 0 <= alpha <= 1:
                 raise SettingError(f"alpha {alpha:g}; valid: 0 to 1")
@@ -109,6 +107,8 @@ class StudyPlan:
         for controller in self.controllers:
             if controller not in CONTROLLERS:
                 raise UnknownNameError("controller", controller, CONTROLLERS)
+        for target in self.targets:
+            target_frame(target)
 
     def conditions(self) -> Iterator[Condition]:
         """Every motion of the study."""
