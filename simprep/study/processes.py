@@ -77,13 +77,13 @@ def each_in_processes(
                 if not succeeded:
                     raise result
                 yield job, result
-                for following in islice(waiting, 1):
-                    at_work[ours] = process, following
-                    with suppress(OSError):  # it died meanwhile: reading from it will tell
-                        ours.send(following)
-                    break
-                else:
+                following = list(islice(waiting, 1))
+                if not following:
                     _end(at_work, ours)
+                    continue
+                at_work[ours] = process, following[0]
+                with suppress(OSError):  # it died meanwhile: reading from it will tell
+                    ours.send(following[0])
     finally:
         for ours in list(at_work):
             _end(at_work, ours)

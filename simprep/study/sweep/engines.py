@@ -86,11 +86,9 @@ def in_processes(
                 again.append(case)
             else:
                 yield case, content
-    for case in again:
-        _, content = next(each_in_processes(run, [case], 1))
-        if isinstance(content, Died):
-            content = died("the process that ran it died, twice: killed, or out of memory")
-        yield case, content
+    for case, content in each_in_processes(run, again, 1):
+        twice = "the process that ran it died, twice: killed, or out of memory"
+        yield case, died(twice) if isinstance(content, Died) else content
 
 
 def on_dask(cases: Iterable[SweepCase], address: str) -> Iterator[tuple[SweepCase, Content]]:
