@@ -68,7 +68,12 @@ class Display:
 
 
 def _drawn(spec: mujoco.MjSpec, characters: tuple[Character, ...]) -> mujoco.MjSpec:
-    """The same bodies, of which the second half are ghosts, with one coarse mesh for each segment, which browsers draw several times faster than its geoms."""
+    """The scene with one coarse mesh for each segment, which browsers draw several times faster than its geoms.
+
+    Args:
+        spec: of the scene; changed, and returned.
+        characters: its bodies; the second half are ghosts, whose meshes are smaller by `GHOST_SIZE`.
+    """
     for pair in list(spec.pairs):
         spec.delete(pair)
     for number, character in enumerate(characters):
@@ -79,7 +84,8 @@ def _drawn(spec: mujoco.MjSpec, characters: tuple[Character, ...]) -> mujoco.MjS
             body.explicitinertial, body.mass, body.inertia = True, 1.0, np.ones(3)  # it is not simulated
             if len(vertices):
                 if number >= len(characters) // 2:
-                    vertices = vertices.mean(axis=0) + GHOST_SIZE * (vertices - vertices.mean(axis=0))
+                    centre = vertices.mean(axis=0)
+                    vertices = centre + GHOST_SIZE * (vertices - centre)
                 mesh = spec.add_mesh(
                     name=f"shape {number} {segment}", inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
                 )

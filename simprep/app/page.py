@@ -99,9 +99,8 @@ class Page:
         self._display = Display(characters, stage)
         self._scene = ViserMujocoScene(self.client, self._display.model, 1)  # type: ignore[arg-type]
         self._scene.camera_tracking_enabled = False
-        scene.configure_default_lights(
-            cast_shadow=False
-        )  # shadows cost a browser that draws in software half its frames
+        # shadows cost a browser that draws in software half its frames
+        scene.configure_default_lights(cast_shadow=False)
         self._marks = FloorDrawing(self.client, len(characters))
         self._version, self._shown_time = version, -1.0
         self._show_ghost()
