@@ -71,7 +71,7 @@ def mend(motion: Motion) -> Mended:
 
 
 def in_range(qpos: FloatArray, character: Character) -> tuple[FloatArray, list[str]]:
-    """Poses (T, 7 + J) with every joint set back into its range, and what was changed: one line, or none."""
+    """Poses (T, 7 + J) [m, wxyz, rad] with every joint set back into its range, and what was changed: one line, or none."""
     low, high = character.limits.T
     beyond = np.maximum(low - qpos[:, 7:], qpos[:, 7:] - high)
     if beyond.max() <= 1e-9:
