@@ -5,6 +5,7 @@ import numpy as np
 
 from simprep.app.moments import Moment
 from simprep.app.stage import Stage
+from simprep.arrays import FloatArray
 from simprep.character import Character
 from simprep.physics.bodies import scene_bodies
 from simprep.report.replay.meshes import segment_meshes
@@ -56,15 +57,24 @@ class Display:
                 return body.number, number - body.segments.start
         return None
 
-    def pose(self, moment: Moment) -> mujoco.MjData:
-        """The data, with everything where it is at a moment."""
+    def pose(self, moment: Moment, after: Moment | None = None, share: float = 0.0) -> mujoco.MjData:
+        """The data, with everything where it is at a moment, or a share of the way from it to another."""
         data = self.data
-        for body, pose in zip(self._bodies, (*moment.bodies, *moment.references)):
-            data.qpos[body.qpos] = pose
-        for at, place in zip(self._things, moment.things):
-            data.qpos[at : at + 7] = place
+        data.qpos[:] = self._qpos(moment)
+        if after is not None and share > 0:
+            way = np.zeros(self.model.nv)
+            mujoco.mj_differentiatePos(self.model, way, 1.0, data.qpos, self._qpos(after))
+            mujoco.mj_integratePos(self.model, data.qpos, way, share)
         mujoco.mj_kinematics(self.model, data)
         return data
+
+    def _qpos(self, moment: Moment) -> FloatArray:
+        qpos: FloatArray = self.data.qpos.copy()
+        for body, pose in zip(self._bodies, (*moment.bodies, *moment.references)):
+            qpos[body.qpos] = pose
+        for at, place in zip(self._things, moment.things):
+            qpos[at : at + 7] = place
+        return qpos
 
 
 def _drawn(spec: mujoco.MjSpec, characters: tuple[Character, ...]) -> mujoco.MjSpec:

@@ -185,3 +185,9 @@ class History:
         if not moments:
             return None
         return moments[max(0, len(moments) - 1 - round(max(seconds, 0.0) * FPS))]
+
+    def between(self, seconds: float) -> tuple[Moment, Moment, float] | None:
+        """The moments around a time so many seconds before the newest, and the time's share of the way between them."""
+        whole, share = divmod(max(seconds, 0.0) * FPS, 1.0)
+        before, after = self.back((whole + 1) / FPS), self.back(whole / FPS)
+        return None if before is None or after is None else (before, after, 1.0 - share)

@@ -11,6 +11,7 @@ from simprep.app.display import Display
 from simprep.app.floor_drawing import FloorDrawing
 from simprep.app.lane import LANE_M
 from simprep.app.moments import FPS, HISTORY_S, Moment
+from simprep.app.playback import Playback
 from simprep.app.session import SCENES, Session
 from simprep.app.stage import BALL, LAUNCHES
 from simprep.arrays import FloatArray
@@ -33,6 +34,8 @@ BESIDE_COLOUR = "#4080cc"
 CLICKS = ("goal with target", "goal only", "ball")
 FOLLOW_M, BESIDE_M = 1.6, 0.9
 """The camera comes along when who is watched is so far from where it began, and looks so far beside [m]."""
+LAMPS = (((-3.0, -5.0, 4.0), 2.5), ((5.0, -2.0, 3.0), 1.2), ((0.0, 5.0, 3.0), 1.5))
+"""Where light comes from, and how strong: bodies are drawn as metal, to which light from everywhere is none."""
 DRAG_N_PER_M, HARDEST_DRAG_N = 400.0, 600.0
 """How hard a drag pushes for 0.2 s: for each metre, and at most [N/m, N]."""
 ABOUT = (
@@ -55,7 +58,7 @@ class Page:
         self.client, self.session = client, session
         self._version, self._shown_time, self._chart_at = -1, -1.0, 0.0
         self._frames: list[float] = []
-        self._focus = np.zeros(2)
+        self._focus, self._playback = np.zeros(2), Playback()
         self._display: Display | None = None
         self._scene: ViserMujocoScene | None = None
         self._marks: FloorDrawing | None = None
@@ -74,14 +77,18 @@ class Page:
         session, now = self.session, time.perf_counter()
         if self._version != session.version:
             self._rebuild()
-        moment = session.history.back(0.0 if self._live.value else self._back.value)
-        if moment is None or self._scene is None or self._display is None or self._marks is None:
+        if (newest := session.newest) is None or self._scene is None or self._display is None or self._marks is None:
             return
-        if moment.time != self._shown_time:
-            self._shown_time = moment.time
+        back = self._playback.behind(newest.time, session.rate, now) if self._live.value else self._back.value
+        if (found := session.history.between(back)) is None:
+            return
+        moment, after, share = found
+        shown = moment.time + share * (after.time - moment.time)
+        if shown != self._shown_time:
+            self._shown_time = shown
             self._frames = [*(one for one in self._frames if one > now - 2.0), now]
             with self.client.atomic():
-                self._scene.update_from_mjdata(self._display.pose(moment))
+                self._scene.update_from_mjdata(self._display.pose(moment, after, share))
                 self._marks.show(moment, self._with_marks.value)
             self._follow(moment)
         if now - self._chart_at > CHART_EVERY_S:
@@ -99,8 +106,11 @@ class Page:
         self._display = Display(characters, stage)
         self._scene = ViserMujocoScene(self.client, self._display.model, 1)  # type: ignore[arg-type]
         self._scene.camera_tracking_enabled = False
-        # shadows cost a browser that draws in software half its frames
-        scene.configure_default_lights(cast_shadow=False)
+        # what costs a browser that draws in software half its frames each: shadows, and surroundings that are mirrored
+        scene.configure_default_lights(enabled=False)
+        scene.configure_environment_map(None)
+        for number, (place, intensity) in enumerate(LAMPS):
+            scene.add_light_directional(f"/lamps/{number}", position=place, intensity=intensity)
         self._marks = FloorDrawing(self.client, len(characters))
         self._version, self._shown_time = version, -1.0
         self._show_ghost()

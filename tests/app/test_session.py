@@ -47,6 +47,21 @@ def test_it_waits_goes_on_by_one_moment_and_looks_back(session):
     assert session.advance()
 
 
+def test_between_two_moments_bodies_are_drawn_part_of_the_way(session):
+    run(session, 6)
+    before, after, share = session.history.between(1.75 / FPS)
+    assert (before.time, after.time) == pytest.approx((4 / 60, 5 / 60))
+    assert share == pytest.approx(0.25)
+    stage, characters = session.shown
+    display = Display(characters, stage)
+    drawn = display.pose(before, after, share).qpos.copy()
+    first, second = display.pose(before).qpos.copy(), display.pose(after).qpos.copy()
+    assert np.abs(second - first).max() > 0
+    np.testing.assert_allclose(drawn[:3], 0.75 * first[:3] + 0.25 * second[:3], atol=1e-12)
+    np.testing.assert_allclose(drawn[7:], 0.75 * first[7:] + 0.25 * second[7:], atol=1e-6)
+    assert session.history.between(99)[0] is session.history.between(99)[1]
+
+
 def test_what_is_remembered_stays_bounded(session):
     run(session, 2)
     history = History(1.0)
