@@ -145,11 +145,9 @@ def balance_reference(reference: Reference, body: SceneBody, settings: BalanceSe
     model, fps, kinematics = body.character.model, reference.motion.fps, reference.kinematics
     sigma = settings.smoothing * fps
     candidates = contact_candidates(model)
-    segment = np.array([owner - 1 for owner, *_ in candidates], dtype=np.intp)
-    turns = rotation_matrix(model.geom_quat[[geom for _, geom, *_ in candidates]])
-    centres = np.array([centre for *_, centre, _ in candidates])
-    place = model.geom_pos[[geom for _, geom, *_ in candidates]] + np.einsum("nij,nj->ni", turns, centres)
-    radius = np.array([radius for *_, radius in candidates])
+    segment, radius = candidates.body - 1, candidates.radius
+    turns = rotation_matrix(model.geom_quat[candidates.geom])
+    place = model.geom_pos[candidates.geom] + np.einsum("nij,nj->ni", turns, candidates.centre)
     upward = rotation_matrix(kinematics.xquat)[:, :, 2]
     height = np.einsum("tni,ni->tn", upward[:, segment], place) + kinematics.xpos[:, segment, 2] - radius
     used = np.flatnonzero(height.min(axis=0) < settings.planned)

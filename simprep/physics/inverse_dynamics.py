@@ -12,7 +12,7 @@ import numpy as np
 from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import lsq_linear, nnls
 
-from simprep.arrays import FloatArray
+from simprep.arrays import FloatArray, IndexArray
 from simprep.geoms import bearing_points
 from simprep.humanoid_model import GRAVITY
 from simprep.physics.bodies import scene_bodies
@@ -87,32 +87,60 @@ def nonnegative_least_squares(matrix: FloatArray, wanted: FloatArray) -> FloatAr
         return np.maximum(lsq_linear(matrix, wanted, bounds=(0.0, np.inf), tol=1e-10).x, 0.0)
 
 
-def contact_candidates(model: mujoco.MjModel) -> list[tuple[int, int, FloatArray, float]]:
-    """Points that can touch the floor: (body, geom, centre in the geom's frame, radius about it)."""
-    return [
-        (int(model.geom_bodyid[geom]), geom, centre, radius)
+@dataclass(frozen=True)
+class ContactCandidates:
+    """Points that can touch the floor.
+
+    Attributes:
+        body: (n,) ids of their bodies.
+        geom: (n,) ids of their geoms.
+        centre: (n, 3) in the geom's frame [m].
+        radius: (n,) about it [m].
+    """
+
+    body: IndexArray
+    geom: IndexArray
+    centre: FloatArray
+    radius: FloatArray
+
+    def low(self, data: mujoco.MjData, height: float) -> IndexArray:
+        """Those that are lower than a height above the floor [m], by their numbers."""
+        middle = data.geom_xpos[self.geom, 2] + (data.geom_xmat[self.geom, 6:] * self.centre).sum(axis=1)
+        return np.flatnonzero(middle - self.radius < height)
+
+
+def contact_candidates(model: mujoco.MjModel) -> ContactCandidates:
+    """Points of all geoms that collide."""
+    found = [
+        (geom, centre, radius)
         for geom in np.flatnonzero(model.geom_contype).tolist()
         for centre, radius in bearing_points(model, geom)
     ]
+    geoms = np.array([geom for geom, *_ in found], dtype=np.intp)
+    return ContactCandidates(
+        model.geom_bodyid[geoms].astype(np.intp),
+        geoms,
+        np.array([centre for _, centre, _ in found]).reshape(-1, 3),
+        np.array([radius for *_, radius in found]),
+    )
 
 
 def _contact_torques(
     model: mujoco.MjModel,
     data: mujoco.MjData,
-    candidates: list[tuple[int, int, FloatArray, float]],
+    candidates: ContactCandidates,
     needed: FloatArray,
     settings: InverseDynamicsSettings,
 ) -> FloatArray:
     """Generalised force (nv,) of the contact forces that supply the root's rows best."""
     jacobians, heights = [], []
     jacobian = np.zeros((3, model.nv))
-    for body, geom, end, radius in candidates:
-        point = data.geom_xpos[geom] + data.geom_xmat[geom].reshape(3, 3) @ end
-        height = point[2] - radius
-        if height < settings.reach:
-            mujoco.mj_jac(model, data, jacobian, None, point - [0, 0, radius], body)
-            jacobians.append(jacobian.copy())
-            heights.append(max(height, 0.0))
+    for one in candidates.low(data, settings.reach).tolist():
+        geom, radius = candidates.geom[one], candidates.radius[one]
+        point = data.geom_xpos[geom] + data.geom_xmat[geom].reshape(3, 3) @ candidates.centre[one]
+        mujoco.mj_jac(model, data, jacobian, None, point - [0, 0, radius], int(candidates.body[one]))
+        jacobians.append(jacobian.copy())
+        heights.append(max(point[2] - radius, 0.0))
     if not jacobians:
         return np.zeros(model.nv)
     edges = PYRAMID_EDGES * [settings.friction, settings.friction, 1.0]
