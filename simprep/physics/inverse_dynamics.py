@@ -42,41 +42,50 @@ class InverseDynamicsSettings:
     friction: float = 0.8
 
 
-def needed_torques(reference: Reference, settings: InverseDynamicsSettings | None = None, since: int = 0) -> FloatArray:
-    """Actuator torques (N + 1, controls) that the reference needs, by inverse dynamics (`mj_inverse`) [N m].
+def needed_torques(
+    reference: Reference, settings: InverseDynamicsSettings | None = None, since: int = 0, until: int | None = None
+) -> FloatArray:
+    """Actuator torques (rows, controls) that the reference needs, by inverse dynamics (`mj_inverse`) [N m].
 
     In each frame, contact forces within the friction pyramid, at all points near the floor, supply the root's six rows
     of the equations of motion as well as they can (non-negative least squares). The rest is left out, since nothing
     else may push the root.
 
     Args:
-        reference: the motion at the simulation's steps.
+        reference: the motion at the simulation's steps, 0 to N.
         settings: rate, smoothing and contact settings.
-        since: step from which on they are wanted; what stands before it means nothing.
+        since: step of the first row.
+        until: step of the last row; None: N. The rows have the same bits whatever these two are.
     """
     settings = settings or InverseDynamicsSettings()
-    fps = reference.motion.fps
+    fps, last = reference.motion.fps, len(reference.qvel) - 1
+    since, until = min(since, last), last if until is None else min(until, last)
     # a copy, because the model is shared; contacts are found here, and limits must not push
     model = copy(reference.motion.character.model)
     model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
     data = mujoco.MjData(model)
-    sigma = settings.smoothing * fps
-    qvel = gaussian_filter1d(reference.qvel, sigma, axis=0, mode="nearest")
+    sigma, stride = settings.smoothing * fps, max(1, round(fps / settings.rate))
+    reach = round(_TRUNCATE * sigma) + 1
+    # what lies within reach of the wanted rows, on the grid of the whole motion
+    first = max(0, since - reach) // stride * stride
+    after = min(last, -(-(until + reach) // stride) * stride)
+    frames = np.unique(np.append(np.arange(first, after + 1, stride), after))
+    begin, end = max(0, first - reach - 1), min(last, after + reach + 1) + 1
+    qvel = gaussian_filter1d(reference.qvel[begin:end], sigma, axis=0, mode="nearest", truncate=_TRUNCATE)
     qacc = np.gradient(qvel, 1 / fps, axis=0)
-    stride = max(1, round(fps / settings.rate))
-    frames = np.unique(np.append(np.arange(0, len(qvel), stride), len(qvel) - 1))
-    frames = frames[frames >= min(since, len(qvel) - 1) - round(_TRUNCATE * sigma) - stride]
     candidates = contact_candidates(model)
     joints = scene_bodies(model, (reference.motion.character,))[0].joint_qvel
     torques = np.empty((len(frames), model.nu))
     for row, frame in enumerate(frames):
-        data.qpos[:], data.qvel[:], data.qacc[:] = reference.qpos[frame], qvel[frame], qacc[frame]
+        data.qpos[:] = reference.qpos[frame]
+        data.qvel[:], data.qacc[:] = qvel[frame - begin], qacc[frame - begin]
         mujoco.mj_inverse(model, data)
         needed = data.qfrc_inverse
         torques[row] = (needed - _contact_torques(model, data, candidates, needed, settings))[joints]
-    steps = np.arange(len(qvel))
+    steps = np.arange(first, after + 1)
     dense = np.stack([np.interp(steps, frames, column) for column in torques.T], axis=1)
-    return np.asarray(gaussian_filter1d(dense, sigma, axis=0, mode="nearest", truncate=_TRUNCATE))
+    smooth = gaussian_filter1d(dense, sigma, axis=0, mode="nearest", truncate=_TRUNCATE)
+    return np.asarray(smooth[since - first : until - first + 1])
 
 
 def nonnegative_least_squares(matrix: FloatArray, wanted: FloatArray) -> FloatArray:

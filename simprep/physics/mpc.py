@@ -153,6 +153,10 @@ MPC_PRESETS = {
 """How much to compute: least for what must keep up with the clock, most for what is made once (docs/tracking.md)."""
 
 
+LEAD_S = 0.5
+"""How far beyond what is simulated the reference's torques are worked out at a time [s]."""
+
+
 class MpcController:
     """Receding-horizon sampling of servo-target offsets; its state is the current plan and the random generator."""
 
@@ -209,15 +213,28 @@ class MpcController:
         """Track other references from now on (see `Controller`); the plan stays."""
         s, task, planner = self._settings, self._task, self._planner
         self._planned_at += shift if self._planned_at >= 0 else 0
-        since = max(0, self._planned_at)  # what was before is not sent again
-        leads = [_feedforward(one, task.model, body, s, since) for one, body in zip(references, task.bodies)]
-        self._feedforward = np.concatenate(leads, axis=1)
+        targets = [feedforward_targets(one, body) for one, body in zip(references, task.bodies)]
+        self._references, self._feedforward = references, np.concatenate(targets, axis=1)
+        self._led = max(0, self._planned_at)  # first step without torques; what was before is not sent again
         self._last = len(references[0].qpos) - 1
         dt = float(task.model.opt.timestep)
         self._costs = [
             TrackingCost(reference, self._ratio, dt, self._steps, dofs, body.feet, s.weights)
             for reference, dofs, body in zip(references, planner.dofs, planner.bodies)
         ]
+
+    def _lead(self, until: int) -> None:
+        """Let the feed-forward lead by the reference's torques up to a step, and somewhat beyond."""
+        first, model = self._led, self._task.model
+        if self._settings.torque_share <= 0 or first > min(until, self._last):
+            return
+        last = min(until + round(LEAD_S / model.opt.timestep), self._last)
+        for reference, body in zip(self._references, self._task.bodies):
+            needed = needed_torques(reference, since=first, until=last)
+            torque = np.clip(needed, *model.actuator_forcerange[body.controls].T)
+            lead = self._settings.torque_share * torque / body.character.gains[:, 0]
+            self._feedforward[first : last + 1, body.controls] += lead
+        self._led = last + 1
 
     @property
     def simulation_s(self) -> float:
@@ -315,6 +332,7 @@ class MpcController:
     ) -> tuple[list[FloatArray], BoolArray]:
         """Errors (samples, R) of the offsets that each search tries, and which samples (samples,) failed."""
         frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
+        self._lead(int(frames[-1]))
         feedforward = self._feedforward[frames][:, self._planner.controls]  # (steps, planned controls)
         feedforward += self._knots.plan_before[:, None] * self._offset[self._planner.controls]
         control = np.repeat(feedforward[None], len(tried[0]), axis=0)
@@ -349,16 +367,6 @@ class _Search:
     members: tuple[int, ...]
     controls: IndexArray
     search: OffsetSearch
-
-
-def _feedforward(
-    reference: Reference, model: mujoco.MjModel, body: SceneBody, settings: MpcSettings, since: int
-) -> FloatArray:
-    targets = feedforward_targets(reference, body)
-    if settings.torque_share > 0:
-        torque = np.clip(needed_torques(reference, since=since), *model.actuator_forcerange[body.controls].T)
-        targets = targets + settings.torque_share * torque / body.character.gains[:, 0]
-    return targets
 
 
 def _noise_of(movement: str, noise: tuple[tuple[str, float], ...]) -> float:

@@ -45,9 +45,9 @@ from simprep.scene import build_scene
 
 ASK_S = 1.0
 """A function that gives motions is asked when less than this is left [s]."""
-AHEAD_S, LEAST_AHEAD_S, BEHIND_S = 5.0, 0.75, 1.0
+AHEAD_S, LEAST_AHEAD_S, BEHIND_S = 5.0, 0.75, 0.75
 """How far ahead a growing reference is worked out, when again, and how much of the past it keeps [s]."""
-STANDING_AHEAD_S = 2.0
+STANDING_AHEAD_S = 1.25
 """How far ahead standing is worked out where nothing else is known [s]."""
 _ALIGNED = 48  # windows begin at multiples of so many steps, on which all slower rates fall
 

@@ -55,11 +55,22 @@ def test_standing_legs_bear_the_body_and_hang_in_free_fall() -> None:
     assert np.abs(needed_torques(falling)[100:140]).max() < 0.05
 
 
-def test_torques_wanted_from_a_step_on_are_the_same_from_there_on():
+def test_torques_of_some_steps_have_the_bits_that_they_have_among_all():
     reference = make_reference(library_motion("walk"), 1 / 480)
     whole = needed_torques(reference)
-    for since in (0, 37, 480, len(whole) - 1, len(whole) + 5):
-        np.testing.assert_array_equal(needed_torques(reference, since=since)[since:], whole[since:])
+    last = len(whole) - 1
+    for since, until in (
+        (0, None),
+        (37, None),
+        (480, None),
+        (last, None),
+        (0, 0),
+        (100, 180),
+        (199, 399),
+        (430, last + 9),
+    ):
+        some = needed_torques(reference, since=since, until=until)
+        np.testing.assert_array_equal(some, whole[since : (last if until is None else min(until, last)) + 1])
 
 
 def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
