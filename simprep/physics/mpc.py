@@ -19,7 +19,6 @@ import numpy as np
 
 from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.errors import SettingError
-from simprep.physics.bodies import SceneBody
 from simprep.physics.controller import ControlTask, feedforward_targets
 from simprep.physics.inverse_dynamics import needed_torques
 from simprep.physics.knots import Knots
