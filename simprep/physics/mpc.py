@@ -193,7 +193,10 @@ class MpcController:
             for members in together
         ]
         self._levels = [
-            [Rollouts(planner, size, self._steps, s.threads) for size in (one.samples, one.refined)[: s.iterations]]
+            [
+                Rollouts(planner, size, self._steps, s.threads, s.weights.foot_orientation > 0)
+                for size in (one.samples, one.refined)[: s.iterations]
+            ]
             for one in s.searches
         ]
         self._rollouts = self._levels[0]

@@ -22,10 +22,12 @@ class Rollouts:
         samples: simulations in a batch.
         steps: length of each, in the planner's steps.
         threads: simulation threads; 0 for all cores. Does not change the result.
+        orientations: record xquat too.
     """
 
-    def __init__(self, planner: Planner, samples: int, steps: int, threads: int) -> None:
+    def __init__(self, planner: Planner, samples: int, steps: int, threads: int, orientations: bool = False) -> None:
         self._planner, self._steps = planner, steps
+        self._recorded = ("qpos", "qvel", "xpos", "subtree_com", *(("xquat",) if orientations else ()))
         self._batch = Batch(planner.model, samples, nthread=threads)
         self._body_quat = self._batch.expand("body_quat")
         self._qpos = self._batch.bind("qpos")
@@ -37,7 +39,7 @@ class Rollouts:
     def run(
         self, data: mujoco.MjData, control: FloatArray, change: FloatArray | None = None
     ) -> tuple[Record, BoolArray]:
-        """Simulate; returns records qpos, qvel, xpos, subtree_com (samples, steps, ...), and which samples diverged.
+        """Simulate; returns records qpos, qvel, xpos, subtree_com, and xquat if asked for (samples, steps, ...), and which samples diverged.
 
         The records are overwritten by the next run.
 
@@ -62,7 +64,7 @@ class Rollouts:
                 self._steps,
                 control=control,
                 control_spec=mujoco.mjtState.mjSTATE_CTRL,
-                record=("qpos", "qvel", "xpos", "subtree_com"),
+                record=self._recorded,
                 out=self._record,
             )
         self.simulation_s += perf_counter() - begin
@@ -73,12 +75,11 @@ class Rollouts:
 def record_of(record: Record, body: SceneBody) -> Record:
     """The part of a record of `Rollouts.run` that belongs to one body of `Planner.bodies`, as if it were alone.
 
-    Entries from 1 on of xpos and subtree_com are the body's segments; entry 0 means nothing.
+    Entries from 1 on of xpos, xquat and subtree_com are the body's segments; entry 0 means nothing.
     """
     segments = slice(body.segments.start - 1, body.segments.stop)
     return {
         "qpos": record["qpos"][:, :, body.qpos],
         "qvel": record["qvel"][:, :, body.qvel],
-        "xpos": record["xpos"][:, :, segments],
-        "subtree_com": record["subtree_com"][:, :, segments],
+        **{name: record[name][:, :, segments] for name in ("xpos", "xquat", "subtree_com") if name in record},
     }

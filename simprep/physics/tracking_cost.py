@@ -25,6 +25,7 @@ class CostWeights:
         com_to_foot: COM relative to each foot, against the reference [1/m^2].
         foot_height: height of each foot [1/m^2].
         foot_velocity: velocity of each foot, against sliding in stance [s^2/m^2].
+        foot_orientation: orientation of each foot: toes do not move where ankles are right [1/rad^2].
         joint_velocity: hinge velocities [s^2/rad^2].
         effort: offsets themselves [1/rad^2].
         final: extra weight of the last instant, as a multiple of all others together.
@@ -39,6 +40,7 @@ class CostWeights:
     com_to_foot: float = 30.0
     foot_height: float = 20.0
     foot_velocity: float = 0.5
+    foot_orientation: float = 0.6
     joint_velocity: float = 0.02
     effort: float = 0.5
     final: float = 1.0
@@ -83,6 +85,7 @@ class TrackingCost:
         self._qpos, self._qvel = reference.qpos, np.ascontiguousarray(reference.qvel[:, qvel_index])
         self._xpos = reference.kinematics.xpos
         self._com = reference.kinematics.com
+        self._foot_quat = reference.kinematics.xquat[:, self._feet]
         self._planner_dt = ratio * world_dt
         self._foot_velocity = np.gradient(self._xpos[:, self._feet], world_dt, axis=0)
         self._last = len(reference.qpos) - 1
@@ -128,6 +131,9 @@ class TrackingCost:
             foot_velocity - target_foot_velocity,
             velocity_error[..., 6:],
         )
+        if w.foot_orientation:
+            turned = record["xquat"][:, pick[:, None], self._foot_entries]
+            parts += (_rotation_error(turned, self._foot_quat[state - self._ratio]),)
         if count not in self._scales:
             self._scales[count] = self._scales_of(count, xpos.shape[2], velocity_error.shape[2] - 6)
         ends = np.cumsum([0, *(part[0, 0].size for part in parts)])
@@ -155,6 +161,7 @@ class TrackingCost:
             w.foot_height / 2,
             w.foot_velocity / 2,
             w.joint_velocity / hinges,
+            4 * w.foot_orientation / 2,
         )
         return [np.sqrt(factor * weight)[:, None] for factor in factors]
 

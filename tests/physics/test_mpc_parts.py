@@ -6,6 +6,7 @@ from typing import get_args
 import mujoco
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from simprep.cli.output import Preset
 from simprep.errors import SettingError
@@ -85,6 +86,7 @@ def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
         "qpos": reference.qpos[states][None],
         "qvel": reference.qvel[states][:, planner.qvel][None],
         "xpos": np.concatenate([world, lagging], axis=2),
+        "xquat": np.concatenate([np.zeros((1, 24, 1, 4)), reference.kinematics.xquat[states - 2][None]], axis=2),
         "subtree_com": np.repeat(reference.kinematics.com[states - 2][None, :, None], 18, axis=2),
     }
     theta = np.zeros((1, 6, 19))
@@ -110,6 +112,19 @@ def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
     asked = 60.0 * np.sum(at**2) / segments + 200.0 * np.sum((at - at[0]) ** 2) / segments
     assert cost_of(record, theta, positions) < 1e-20
     assert cost_of(moved, theta, positions) == pytest.approx(asked)
+
+    # feet that turn where they are: no position tells it
+    feet = TrackingCost(
+        reference, 2, 1 / 240, 24, planner.dofs[0], (13, 16), CostWeights(**{**nothing, "foot_orientation": 0.6})
+    )
+    turned = record["xquat"].copy()
+    turn = Rotation.from_rotvec([0.0, 0.0, 0.1])
+    for entry in (14, 17):
+        turned[0, :, entry] = (turn * Rotation.from_quat(turned[0, :, entry], scalar_first=True)).as_quat(
+            scalar_first=True
+        )
+    assert cost_of(record, theta, feet) < 1e-20
+    assert cost_of({**record, "xquat": turned}, theta, feet) == pytest.approx(0.6 * (2 * np.sin(0.05)) ** 2)
 
 
 SEARCH = SearchSettings(samples=20, refined=8, keep=2, shrink=0.7, scales=(0.25, 0.5, 1.0), damping=(1e-9, 0.1, 1.0))
