@@ -98,7 +98,7 @@ EVERYTHING = (
     Made(
         "posture_optimization", "posture_optimization",
         (
-            "scripts/study_posture_optimization.py", "--controllers", "balance", "--processes", "2",
+            "scripts/study_posture_optimization.py", "--controllers", "pd", "balance", "--processes", "2",
             "--store", "{out}/records", "-o", "{out}",
         ), "summary.json", 20,
     ),

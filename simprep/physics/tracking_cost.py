@@ -120,7 +120,7 @@ class TrackingCost:
         foot_velocity = (foot - before) / self._planner_dt
         target_foot_velocity = self._foot_velocity[state - self._ratio - self._ratio // 2]
         velocity_error = record["qvel"][:, pick] - self._qvel[state]
-        parts = (
+        parts: tuple[FloatArray, ...] = (
             error[:, :, :1],
             error[:, :, 1:] - self._pelvis_share * error[:, :, :1],
             _rotation_error(record["qpos"][:, pick, 3:7], self._qpos[state, 3:7]),
