@@ -26,7 +26,7 @@ def posture_page(
         figures: what was drawn.
         replays: cases to look at.
     """
-    first, *rest = re.split(r"(?<=\.) (?=[A-Z`])", content["answer"], maxsplit=1)
+    first, *rest = (part.replace("`", "") for part in re.split(r"(?<=\.) (?=[A-Z`])", content["answer"], maxsplit=1))
     about = {
         key: content[key]
         for key in ("command", "created_utc", "versions", "platform", "preset", "seeds")
