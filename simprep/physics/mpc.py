@@ -146,7 +146,7 @@ MPC_PRESETS = {
         refined=25,
         iterations=6,
         harder=((0.5, 100, 40),),
-        weights=CostWeights(relative=500.0, joint_velocity=0.005),
+        weights=CostWeights(relative=500.0, joint_velocity=0.005, foot_orientation=0.0),
     ),
 }
 """How much to compute: least for what must keep up with the clock, most for what is made once (docs/tracking.md)."""
