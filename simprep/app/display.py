@@ -2,10 +2,11 @@
 
 import mujoco
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from simprep.app.moments import Moment
 from simprep.app.stage import Stage
-from simprep.arrays import FloatArray
+from simprep.arrays import FloatArray, IndexArray
 from simprep.character import Character
 from simprep.physics.bodies import scene_bodies
 from simprep.report.replay.meshes import segment_meshes
@@ -13,7 +14,8 @@ from simprep.scene import SceneSettings, body_prefix, scene_spec
 
 COLOURS = ((0.86, 0.45, 0.25), (0.25, 0.5, 0.8), (0.4, 0.65, 0.4))
 """Of the bodies, in order."""
-GHOST_OPACITY = 0.25
+GHOST_COLOUR, GHOST_OPACITY = (77, 90, 230), 0.25
+"""Of what is drawn of references; colours from 0 to 255."""
 GHOST_SIZE = 0.95
 """Of its segments: a ghost that stands where its body is lies within it, so that the body is seen, and grabbed."""
 
@@ -28,7 +30,8 @@ class Display:
     Attributes:
         model: bodies first, then their ghosts.
         data: in which a moment is posed.
-        ghosts: numbers of the model's bodies that belong to ghosts.
+        ghosts: numbers of the model's bodies that belong to ghosts. Their geoms are invisible: who draws sees to them
+            (`shape`), as mjviser draws nothing that one can see through.
     """
 
     def __init__(self, characters: tuple[Character, ...], stage: Stage) -> None:
@@ -45,8 +48,8 @@ class Display:
             own = np.isin(self.model.geom_bodyid, np.arange(body.segments.start, body.segments.stop))
             ghost = body.number >= self._count
             colour = COLOURS[body.number % self._count % len(COLOURS)]
-            shade = np.where(self.model.geom_rgba[own, 3] > 0, GHOST_OPACITY if ghost else 1.0, 0.0)
-            self.model.geom_rgba[own, :3] = (0.3, 0.35, 0.9) if ghost else colour
+            shade = np.where(self.model.geom_rgba[own, 3] > 0, 0.0 if ghost else 1.0, 0.0)
+            self.model.geom_rgba[own, :3] = colour
             self.model.geom_rgba[own, 3] = shade
             self.model.geom_matid[own] = -1
 
@@ -56,6 +59,17 @@ class Display:
             if body.segments.start <= number < body.segments.stop:
                 return body.number, number - body.segments.start
         return None
+
+    def shape(self, number: int) -> tuple[FloatArray, IndexArray]:
+        """Vertices (V, 3) [m] and triangles (F, 3) of a body of the model, in its frame; none where it has no mesh."""
+        model, first = self.model, int(self.model.body_geomadr[number])
+        mesh = int(model.geom_dataid[first]) if first >= 0 else -1
+        if mesh < 0:
+            return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.intp)
+        rows = slice(model.mesh_vertadr[mesh], model.mesh_vertadr[mesh] + model.mesh_vertnum[mesh])
+        faces = slice(model.mesh_faceadr[mesh], model.mesh_faceadr[mesh] + model.mesh_facenum[mesh])
+        turn = Rotation.from_quat(model.geom_quat[first], scalar_first=True)
+        return turn.apply(model.mesh_vert[rows]) + model.geom_pos[first], model.mesh_face[faces].astype(np.intp)
 
     def pose(self, moment: Moment, after: Moment | None = None, share: float = 0.0) -> mujoco.MjData:
         """The data, with everything where it is at a moment, or a share of the way from it to another."""

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from simprep.app.display import Display
+from simprep.app.display import GHOST_COLOUR, GHOST_OPACITY, Display
 from simprep.app.floor_drawing import FloorDrawing
 from simprep.app.lane import LANE_M
 from simprep.app.moments import FPS, HISTORY_S, Moment
@@ -62,6 +62,7 @@ class Page:
         self._display: Display | None = None
         self._scene: ViserMujocoScene | None = None
         self._marks: FloorDrawing | None = None
+        self._ghosts: dict[int, viser.MeshHandle] = {}
         client.gui.configure_theme(show_share_button=False, show_logo=False, control_width="large")
         self._build_status()
         self._build_controls()
@@ -88,7 +89,10 @@ class Page:
             self._shown_time = shown
             self._frames = [*(one for one in self._frames if one > now - 2.0), now]
             with self.client.atomic():
-                self._scene.update_from_mjdata(self._display.pose(moment, after, share))
+                data = self._display.pose(moment, after, share)
+                self._scene.update_from_mjdata(data)
+                for number, ghost in self._ghosts.items():
+                    ghost.position, ghost.wxyz = data.xpos[number], data.xquat[number]
                 self._marks.show(moment, self._with_marks.value)
             self._follow(moment)
         if now - self._chart_at > CHART_EVERY_S:
@@ -111,6 +115,13 @@ class Page:
         scene.configure_environment_map(None)
         for number, (place, intensity) in enumerate(LAMPS):
             scene.add_light_directional(f"/lamps/{number}", position=place, intensity=intensity)
+        self._ghosts = {}
+        for number in self._display.ghosts.tolist():
+            vertices, faces = self._display.shape(number)
+            if len(faces):
+                self._ghosts[number] = scene.add_mesh_simple(
+                    f"/ghosts/{number}", vertices, faces, color=GHOST_COLOUR, opacity=GHOST_OPACITY, cast_shadow=False
+                )
         self._marks = FloorDrawing(self.client, len(characters))
         self._version, self._shown_time = version, -1.0
         self._show_ghost()
@@ -202,12 +213,8 @@ class Page:
             gui.add_button("save this as a motion").on_click(self._does(lambda: session.save(name.value)))
 
     def _show_ghost(self) -> None:
-        if self._scene is None or self._display is None:
-            return
-        ghosts = set(self._display.ghosts.tolist())
-        for group in self._scene._mesh_groups:  # mjviser has no other way to hide some bodies
-            if set(group.body_ids.tolist()) <= ghosts:
-                group.handle.visible = self._with_ghost.value
+        for ghost in self._ghosts.values():
+            ghost.visible = self._with_ghost.value
 
     def _show_beside(self) -> None:
         arm = None if self._beside.value == NOBODY else self._beside.value

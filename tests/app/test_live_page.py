@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 
+import numpy as np
 import pytest
 
 pytest.importorskip("mjviser")
@@ -84,7 +85,11 @@ def test_ghosts_stand_where_the_reference_is(session):
     root = display.ghosts[0]
     assert data.xpos[root] == pytest.approx(moment.references[0][:3])
     assert data.xpos[1] == pytest.approx(moment.bodies[0][:3])
-    assert (display.model.geom_rgba[display.model.geom_bodyid == root, 3] < 0.5).all()
+    # mjviser would draw them so that nothing is seen through them
+    assert (display.model.geom_rgba[display.model.geom_bodyid == root, 3] == 0).all()
+    (ghost, faces), (body, _) = display.shape(root), display.shape(1)
+    assert len(faces)
+    assert np.ptp(ghost, axis=0) == pytest.approx(GHOST_SIZE * np.ptp(body, axis=0), rel=1e-4)
 
 
 def test_ctrl_c_ends_it_cleanly(tmp_path):
