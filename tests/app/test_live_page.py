@@ -17,7 +17,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus  # noqa: E402
 from websockets.sync.client import connect  # noqa: E402
 
 from simprep.app.app import App  # noqa: E402
-from simprep.app.display import Display  # noqa: E402
+from simprep.app.display import GHOST_SIZE, Display  # noqa: E402
 from simprep.app.stage import stage  # noqa: E402
 from simprep.errors import SettingError  # noqa: E402
 
