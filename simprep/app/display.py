@@ -2,11 +2,11 @@
 
 import mujoco
 import numpy as np
-from scipy.spatial.transform import Rotation
+from numpy.typing import NDArray
 
 from simprep.app.moments import Moment
 from simprep.app.stage import Stage
-from simprep.arrays import FloatArray, IndexArray
+from simprep.arrays import FloatArray
 from simprep.character import Character
 from simprep.physics.bodies import scene_bodies
 from simprep.report.replay.meshes import segment_meshes
@@ -30,8 +30,8 @@ class Display:
     Attributes:
         model: bodies first, then their ghosts.
         data: in which a moment is posed.
-        ghosts: numbers of the model's bodies that belong to ghosts. Their geoms are invisible: who draws sees to them
-            (`shape`), as mjviser draws nothing that one can see through.
+        ghosts: vertices (V, 3) [m] and triangles (F, 3) of each segment of a ghost, in its frame, by the number of its body
+            in the model. The model has no geoms there, as mjviser draws nothing that one can see through.
     """
 
     def __init__(self, characters: tuple[Character, ...], stage: Stage) -> None:
@@ -41,16 +41,15 @@ class Display:
         self.data = mujoco.MjData(self.model)
         self._bodies = scene_bodies(self.model, bodies)
         self._things = [int(self.model.jnt_qposadr[self.model.joint(one.name).id]) for one in stage.moving]
-        self.ghosts = np.concatenate(
-            [np.arange(one.segments.start, one.segments.stop) for one in self._bodies[self._count :]]
-        )
-        for body in self._bodies:
+        self.ghosts = {
+            number: (_smaller(vertices), faces)
+            for body in self._bodies[self._count :]
+            for number, (vertices, faces) in enumerate(segment_meshes(body.character), body.segments.start)
+            if len(vertices)
+        }
+        for body in self._bodies[: self._count]:
             own = np.isin(self.model.geom_bodyid, np.arange(body.segments.start, body.segments.stop))
-            ghost = body.number >= self._count
-            colour = COLOURS[body.number % self._count % len(COLOURS)]
-            shade = np.where(self.model.geom_rgba[own, 3] > 0, 0.0 if ghost else 1.0, 0.0)
-            self.model.geom_rgba[own, :3] = colour
-            self.model.geom_rgba[own, 3] = shade
+            self.model.geom_rgba[own] = (*COLOURS[body.number % len(COLOURS)], 1.0)
             self.model.geom_matid[own] = -1
 
     def grabbed(self, number: int) -> tuple[int, int] | None:
@@ -59,17 +58,6 @@ class Display:
             if body.segments.start <= number < body.segments.stop:
                 return body.number, number - body.segments.start
         return None
-
-    def shape(self, number: int) -> tuple[FloatArray, IndexArray]:
-        """Vertices (V, 3) [m] and triangles (F, 3) of a body of the model, in its frame; none where it has no mesh."""
-        model, first = self.model, int(self.model.body_geomadr[number])
-        mesh = int(model.geom_dataid[first]) if first >= 0 else -1
-        if mesh < 0:
-            return np.zeros((0, 3)), np.zeros((0, 3), dtype=np.intp)
-        rows = slice(model.mesh_vertadr[mesh], model.mesh_vertadr[mesh] + model.mesh_vertnum[mesh])
-        faces = slice(model.mesh_faceadr[mesh], model.mesh_faceadr[mesh] + model.mesh_facenum[mesh])
-        turn = Rotation.from_quat(model.geom_quat[first], scalar_first=True)
-        return turn.apply(model.mesh_vert[rows]) + model.geom_pos[first], model.mesh_face[faces].astype(np.intp)
 
     def pose(self, moment: Moment, after: Moment | None = None, share: float = 0.0) -> mujoco.MjData:
         """The data, with everything where it is at a moment, or a share of the way from it to another."""
@@ -96,7 +84,7 @@ def _drawn(spec: mujoco.MjSpec, characters: tuple[Character, ...]) -> mujoco.MjS
 
     Args:
         spec: of the scene; changed, and returned.
-        characters: its bodies; the second half are ghosts, whose meshes are smaller by `GHOST_SIZE`.
+        characters: its bodies; the second half are ghosts, which get none.
     """
     for pair in list(spec.pairs):
         spec.delete(pair)
@@ -106,13 +94,16 @@ def _drawn(spec: mujoco.MjSpec, characters: tuple[Character, ...]) -> mujoco.MjS
             for geom in list(body.geoms):
                 spec.delete(geom)
             body.explicitinertial, body.mass, body.inertia = True, 1.0, np.ones(3)  # it is not simulated
-            if len(vertices):
-                if number >= len(characters) // 2:
-                    centre = vertices.mean(axis=0)
-                    vertices = centre + GHOST_SIZE * (vertices - centre)
+            if len(vertices) and number < len(characters) // 2:
                 mesh = spec.add_mesh(
                     name=f"shape {number} {segment}", inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_SHELL
                 )
                 mesh.uservert, mesh.userface = vertices.ravel(), faces.ravel()
                 body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname=mesh.name)
     return spec
+
+
+def _smaller(vertices: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Vertices (V, 3), shrunk to `GHOST_SIZE` about their middle."""
+    centre = vertices.mean(axis=0)
+    return np.asarray(centre + GHOST_SIZE * (vertices - centre))

@@ -115,13 +115,12 @@ class Page:
         scene.configure_environment_map(None)
         for number, (place, intensity) in enumerate(LAMPS):
             scene.add_light_directional(f"/lamps/{number}", position=place, intensity=intensity)
-        self._ghosts = {}
-        for number in self._display.ghosts.tolist():
-            vertices, faces = self._display.shape(number)
-            if len(faces):
-                self._ghosts[number] = scene.add_mesh_simple(
-                    f"/ghosts/{number}", vertices, faces, color=GHOST_COLOUR, opacity=GHOST_OPACITY, cast_shadow=False
-                )
+        self._ghosts = {
+            number: scene.add_mesh_simple(
+                f"/ghosts/{number}", vertices, faces, color=GHOST_COLOUR, opacity=GHOST_OPACITY, cast_shadow=False
+            )
+            for number, (vertices, faces) in self._display.ghosts.items()
+        }
         self._marks = FloorDrawing(self.client, len(characters))
         self._version, self._shown_time = version, -1.0
         self._show_ghost()
