@@ -192,15 +192,8 @@ class MpcController:
             )
             for members in together
         ]
-        self._levels = [
-            [
-                Rollouts(planner, size, self._steps, s.threads, s.weights.foot_orientation > 0)
-                for size in (one.samples, one.refined)[: s.iterations]
-            ]
-            for one in s.searches
-        ]
-        self._rollouts = self._levels[0]
-        self._plans = [0] * len(self._levels)  # how many of each
+        self._rollouts: dict[int, Rollouts] = {}  # by their number of samples, made when needed
+        self._plans = [0] * len(s.searches)  # how many of each
         self._offsets = np.zeros((self._every, model.nu))
         self._offset = np.zeros(model.nu)  # sent last
         self._planned_at = -1
@@ -241,7 +234,7 @@ class MpcController:
     @property
     def simulation_s(self) -> float:
         """Computing time spent inside MuJoCo so far [s]."""
-        return sum(rollouts.simulation_s for level in self._levels for rollouts in level)
+        return sum(rollouts.simulation_s for rollouts in self._rollouts.values())
 
     def start(self, data: mujoco.MjData) -> FloatArray:
         """Velocities (nv,) to start with [m/s, rad/s]: the roots' may change a little, searched with the first plan.
@@ -269,7 +262,7 @@ class MpcController:
             for iteration in range(s.iterations):
                 tried = [one.sample(self._rng, iteration) for one in starts]
                 change = np.concatenate([of_members for _, of_members in tried], axis=1)
-                residuals, failed = self._simulate(0, data, iteration, [theta for theta, _ in tried], change)
+                residuals, failed = self._simulate(0, data, [theta for theta, _ in tried], change)
                 for one, (theta, own), errors in zip(starts, tried, residuals):
                     one.update(theta, own, errors, failed)
         return np.concatenate([one.finish() for one in starts])
@@ -313,13 +306,12 @@ class MpcController:
         cost = max(one.search.cost for one in self._searches)  # of the last plan
         level = sum(cost > least for least, _, _ in self._settings.harder)
         self._plans[level] += 1
-        self._rollouts = self._levels[level]
         for one in self._searches:
             one.search.settings = self._settings.searches[level]
             one.search.begin(passed)
         for iteration in range(self._settings.iterations):
             tried = [one.search.sample(self._rng, iteration) for one in self._searches]
-            residuals, failed = self._simulate(step, data, iteration, tried)
+            residuals, failed = self._simulate(step, data, tried)
             improved = [
                 one.search.update(theta, errors, failed) for one, theta, errors in zip(self._searches, tried, residuals)
             ]
@@ -330,7 +322,7 @@ class MpcController:
             self._offsets[:, self._planner.controls[one.controls]] += self._knots.world @ one.search.plan
 
     def _simulate(
-        self, step: int, data: mujoco.MjData, iteration: int, tried: list[FloatArray], change: FloatArray | None = None
+        self, step: int, data: mujoco.MjData, tried: list[FloatArray], change: FloatArray | None = None
     ) -> tuple[list[FloatArray], BoolArray]:
         """Errors (samples, R) of the offsets that each search tries, and which samples (samples,) failed."""
         frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
@@ -340,12 +332,20 @@ class MpcController:
         control = np.repeat(feedforward[None], len(tried[0]), axis=0)
         for one, theta in zip(self._searches, tried):
             control[:, :, one.controls] += self._knots.plan @ theta
-        record, failed = self._rollouts[min(iteration, 1)].run(data, control, change)
+        record, failed = self._rollouts_of(len(control)).run(data, control, change)
         residuals = [self._residuals(step, one, record, theta) for one, theta in zip(self._searches, tried)]
         for errors in residuals:
             failed |= ~np.isfinite(errors).all(axis=1)
         self.rejected += int(failed.sum())
         return residuals, failed
+
+    def _rollouts_of(self, samples: int) -> Rollouts:
+        if samples not in self._rollouts:
+            s = self._settings
+            self._rollouts[samples] = Rollouts(
+                self._planner, samples, self._steps, s.threads, s.weights.foot_orientation > 0
+            )
+        return self._rollouts[samples]
 
     def _residuals(self, step: int, one: "_Search", record: Record, theta: FloatArray) -> FloatArray:
         parts, first = [], 0
