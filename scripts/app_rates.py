@@ -20,6 +20,7 @@ from simprep.app.app import App
 from simprep.app.session import Session, SessionSettings
 
 SCENES = ("empty", "duel automatic")
+RESOLUTIONS = {"every pixel": "", "half the resolution": "/?fixedDpr=0.5"}
 
 
 DRAWN = """seconds => new Promise(told => {
@@ -52,8 +53,8 @@ def tab(address: str, browser: str) -> Iterator[Any]:
         made.close()
 
 
-def rates(scene: str, seconds: float, preset: str, browser: str) -> Rates:
-    """Rates of a scene; the character walks, the fighters fight."""
+def rates(scene: str, seconds: float, preset: str, browser: str, query: str = "") -> Rates:
+    """Rates of a scene, the address with a query; the character walks, the fighters fight."""
     session = Session(SessionSettings(scene, preset=preset, folder=Path("results/app")))
     if not session.is_duel:
         session.set_goal((30.0, 0.0))
@@ -61,7 +62,7 @@ def rates(scene: str, seconds: float, preset: str, browser: str) -> Rates:
     serving = threading.Thread(target=app.serve)
     serving.start()
     try:
-        with tab(app.address, browser) as page:
+        with tab(app.address + query, browser) as page:
             time.sleep(5.0)  # until the tab has its scene
             simulated, begun = session.time, time.perf_counter()
             drawn, sent = [], []
@@ -85,11 +86,14 @@ def main() -> int:
         print("SIMPREP_BROWSER names no Chromium", file=sys.stderr)
         return 2
     print(f"preset {options.preset}, {browser}")
-    for scene in SCENES:
-        one = rates(scene, options.seconds, options.preset, browser)
-        print(
-            f"{scene:16s} {one.sent:5.1f} frames/s sent, {one.drawn:.1f} can be drawn, simulated at {one.simulated:.2f} x real time"
-        )
+    for name, query in RESOLUTIONS.items():
+        for scene in SCENES:
+            one = rates(scene, options.seconds, options.preset, browser, query)
+            print(
+                f"{scene:16s} {name}: {one.sent:.1f} frames/s sent, {one.drawn:.1f} can be drawn,"
+                f" simulated at {one.simulated:.2f} x real time",
+                flush=True,
+            )
     return 0
 
 

@@ -9,13 +9,15 @@ from simprep.app.stage import Stage
 from simprep.arrays import FloatArray
 from simprep.character import Character
 from simprep.physics.bodies import scene_bodies
-from simprep.report.replay.meshes import segment_meshes
+from simprep.report.replay.meshes import segment_hulls
 from simprep.scene import SceneSettings, body_prefix, scene_spec
 
 COLOURS = ((0.86, 0.45, 0.25), (0.25, 0.5, 0.8), (0.4, 0.65, 0.4))
 """Of the bodies, in order."""
 GHOST_COLOUR, GHOST_OPACITY = (77, 90, 230), 0.25
 """Of what is drawn of references; colours from 0 to 255."""
+SIDES, GHOST_SIDES = 8, 6
+"""Of the bodies' limbs, and of the ghosts': a browser without a graphics card takes a microsecond for a triangle."""
 GHOST_SIZE = 0.95
 """Of its segments: a ghost that stands where its body is lies within it, so that the body is seen, and grabbed."""
 
@@ -44,7 +46,7 @@ class Display:
         self.ghosts = {
             number: (_smaller(vertices), faces)
             for body in self._bodies[self._count :]
-            for number, (vertices, faces) in enumerate(segment_meshes(body.character), body.segments.start)
+            for number, (vertices, faces) in enumerate(segment_hulls(body.character, GHOST_SIDES), body.segments.start)
             if len(vertices)
         }
         for body in self._bodies[: self._count]:
@@ -89,7 +91,7 @@ def _drawn(spec: mujoco.MjSpec, characters: tuple[Character, ...]) -> mujoco.MjS
     for pair in list(spec.pairs):
         spec.delete(pair)
     for number, character in enumerate(characters):
-        for segment, (vertices, faces) in zip(character.segments, segment_meshes(character)):
+        for segment, (vertices, faces) in zip(character.segments, segment_hulls(character, SIDES)):
             body = spec.body(body_prefix(number, len(characters)) + segment)
             for geom in list(body.geoms):
                 spec.delete(geom)

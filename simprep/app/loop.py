@@ -1,5 +1,7 @@
 """Keeps a session going by the clock, in a thread of its own."""
 
+import os
+import sys
 import threading
 import time
 
@@ -9,6 +11,10 @@ from simprep.errors import SimprepError
 
 LATE_S = 0.1
 """A simulation that is later than this does not try to catch up: it goes on from now, at the rate that is shown [s]."""
+
+
+NICE = 10
+"""The simulation gives way to the page and to a browser that draws without a graphics card: what is slow is shown fluently."""
 
 
 class SessionLoop:
@@ -33,6 +39,8 @@ class SessionLoop:
         self._thread.join(timeout=30.0)
 
     def _run(self) -> None:
+        if sys.platform == "linux":  # elsewhere a thread has no niceness of its own
+            os.setpriority(os.PRIO_PROCESS, threading.get_native_id(), NICE)
         due = time.perf_counter()
         while not self._stop.is_set():
             try:

@@ -60,6 +60,7 @@ class Page:
         self._frames: list[float] = []
         self._focus, self._playback = np.zeros(2), Playback()
         self._display: Display | None = None
+        self._duel = False
         self._scene: ViserMujocoScene | None = None
         self._marks: FloorDrawing | None = None
         self._ghosts: dict[int, viser.MeshHandle] = {}
@@ -91,7 +92,7 @@ class Page:
             with self.client.atomic():
                 data = self._display.pose(moment, after, share)
                 self._scene.update_from_mjdata(data)
-                for number, ghost in self._ghosts.items():
+                for number, ghost in self._ghosts.items() if self._with_ghost.value else ():
                     ghost.position, ghost.wxyz = data.xpos[number], data.xquat[number]
                 self._marks.show(moment, self._with_marks.value)
             self._follow(moment)
@@ -104,7 +105,7 @@ class Page:
         """Another world: draw its bodies instead."""
         with self.session.lock:
             version, (stage, characters) = self.session.version, self.session.shown
-        scene = self.client.scene
+        scene, session = self.client.scene, self.session
         scene.reset()
         scene.set_up_direction("+z")
         self._display = Display(characters, stage)
@@ -123,6 +124,9 @@ class Page:
         }
         self._marks = FloorDrawing(self.client, len(characters))
         self._version, self._shown_time = version, -1.0
+        if session.is_duel != self._duel:  # two ghosts hide the blows, unless one asks for them
+            self._with_ghost.value = not session.is_duel
+        self._duel = session.is_duel
         self._show_ghost()
         for group in self._scene._mesh_groups:  # mjviser passes no events on
             if all(self._display.grabbed(int(one)) is not None for one in group.body_ids):
@@ -214,6 +218,7 @@ class Page:
     def _show_ghost(self) -> None:
         for ghost in self._ghosts.values():
             ghost.visible = self._with_ghost.value
+        self._shown_time = -1.0  # hidden ones stayed where they were
 
     def _show_beside(self) -> None:
         arm = None if self._beside.value == NOBODY else self._beside.value

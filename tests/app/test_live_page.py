@@ -17,10 +17,10 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus  # noqa: E402
 from websockets.sync.client import connect  # noqa: E402
 
 from simprep.app.app import App  # noqa: E402
-from simprep.app.display import GHOST_SIZE, Display  # noqa: E402
+from simprep.app.display import GHOST_SIDES, GHOST_SIZE, Display  # noqa: E402
 from simprep.app.stage import stage  # noqa: E402
 from simprep.errors import SettingError  # noqa: E402
-from simprep.report.replay.meshes import segment_meshes  # noqa: E402
+from simprep.report.replay.meshes import segment_hulls  # noqa: E402
 
 PROTOCOL = f"viser-v{viser.__version__}"
 
@@ -88,7 +88,7 @@ def test_ghosts_stand_where_the_reference_is(session):
     assert data.xpos[1] == pytest.approx(moment.bodies[0][:3])
     # mjviser would draw their geoms so that nothing is seen through them
     assert not np.isin(display.model.geom_bodyid, list(display.ghosts)).any()
-    (ghost, faces), (body, _) = display.ghosts[root], segment_meshes(session.director.characters[0])[0]
+    (ghost, faces), (body, _) = display.ghosts[root], segment_hulls(session.director.characters[0], GHOST_SIDES)[0]
     assert len(faces)
     assert np.ptp(ghost, axis=0) == pytest.approx(GHOST_SIZE * np.ptp(body, axis=0), rel=1e-4)
 
