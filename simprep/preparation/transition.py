@@ -18,7 +18,7 @@ from simprep.motion.motion import Motion
 from simprep.motion.rotations import in_heading
 from simprep.motion.turns import rotation_between
 from simprep.preparation.blending import split_heading
-from simprep.preparation.planting import plant_feet
+from simprep.preparation.planting import Standing, plant_feet
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
 LAUNCH_EVENT = "launch"
@@ -46,6 +46,7 @@ def launch(
     window: float = DEFAULT_WINDOW_S,
     settings: PreparationSettings = DEFAULT_SETTINGS,
     carry: float = 0.0,
+    ease: float = 0.0,
 ) -> Motion:
     """Play an approach, and from one of its frames on the target; the event `launch` marks the target's first frame.
 
@@ -58,6 +59,7 @@ def launch(
         settings: for the planted feet.
         carry: time over which the difference in the root's speed along the floor dies away [s]. What the root travels in it
             is kept: the target goes on from there. 0: the root comes back to where the target fits the planted feet.
+        ease: time within which the pelvis may begin to sink so that legs reach [s]; 0: as early as it needs to, also at once.
 
     Raises:
         MotionError: different bodies or frame rates, or a frame outside its motion.
@@ -90,6 +92,7 @@ def launch(
         approach.fps,
         approach.character,
         settings,
+        standing=Standing(ease),
     )
     own = {name: at for name, at in approach.events.items() if at < frame}
     events = {name: at - entry + frame for name, at in target.events.items() if at >= entry}

@@ -10,9 +10,12 @@ from simprep.controller.graph import MotionGraph, pair_distances
 from simprep.errors import MotionError, UnknownNameError
 from simprep.motion.curves import dying_away
 from simprep.motion.edit import loop_displacement, move
+from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
+from simprep.motion.rotations import rotation_matrix, wrap_angle
 from simprep.motion.turns import turned
 from simprep.preparation.blending import split_heading
+from simprep.preparation.planting import foot_heading, plant_feet
 from simprep.preparation.prepare import extend
 from simprep.preparation.synthesis import Locomotion
 from simprep.preparation.trajectory import heading_trend
@@ -22,6 +25,8 @@ _SLACK = 1.25
 _SLACK_M = 0.01
 _CARRY_S = 0.4
 """Time in which a walker's speed dies away at a change to steps on the spot, or comes up at the way back."""
+_EASE_S = 0.1
+"""Time within which the pelvis may begin to sink at a change, where feet stand far apart [s]."""
 _CHANGE_S = 1.6
 """Length of the piece synthesised at a change of core node: the transition, and the stances that begin in it."""
 
@@ -111,6 +116,7 @@ class LocomotionStream:
         turn = place[2] - float(cycle.trend[frame % len(cycle.motion)])
         x, y = turned(cycle.motion.qpos[frame % len(cycle.motion), :2], turn)
         self._next = frame  # frame of the core node that comes next
+        self._planted = False  # whether feet stand elsewhere than in the core node
         self._turn, self._shift = turn, np.array([place[0] - x, place[1] - y])  # placement of the current cycle
         self._qpos = np.empty((0, self.character.nq))
         self._contacts = np.empty((0, 2), dtype=bool)
@@ -161,8 +167,9 @@ class LocomotionStream:
         long = extend(cycle.motion, before + 1 + count)
         ahead = replace(long, qpos=long.qpos[before:], contacts=long.contacts[before:], events={}, name=node)
         # where a foot never leaves the floor, the root has to come back over both
-        carry = _CARRY_S if (~cycle.motion.contacts).any(axis=0).all() else 0.0
-        played = launch(approach, 2, ahead, 1, DEFAULT_WINDOW_S, carry=carry)
+        lifts = bool((~cycle.motion.contacts).any(axis=0).all())
+        carry = _CARRY_S if lifts else 0.0
+        played = launch(approach, 2, ahead, 1, DEFAULT_WINDOW_S, carry=carry, ease=_EASE_S)
         qpos, contacts = played.qpos[2:], played.contacts[2:]
         to, start = (float(split_heading(pose[3:7])[0]) for pose in (approach.qpos[2], ahead.qpos[1]))
         trend = cycle.trend[(entry + np.arange(count)) % n] + cycle.turn * ((entry + np.arange(count)) // n)
@@ -173,7 +180,8 @@ class LocomotionStream:
         trend = trend + dying_away(x, self._trend[at] - trend[0], 0.0)
         self._cut(at)
         self._append(qpos[:count], contacts[:count], trend, [(node, int(f)) for f in (entry + np.arange(count)) % n])
-        # go on where this piece ends: there it is the placed cycle again
+        # go on where this piece ends: there it is the placed cycle again, if its feet have been lifted
+        self._planted = not lifts
         self.node, self._next = node, (entry + count) % n
         last = (entry + count - 1) % n
         pose = self._qpos[-1]
@@ -189,9 +197,24 @@ class LocomotionStream:
         first = self._next % len(cycle.motion)
         placed = move(cycle.motion, (float(self._shift[0]), float(self._shift[1])), self._turn)
         phases = [(self.node, frame) for frame in range(first, len(cycle.motion))]
-        self._append(placed.qpos[first:], placed.contacts[first:], cycle.trend[first:] + self._turn, phases)
+        qpos = self._standing(placed, first) if self._planted else placed.qpos[first:]
+        self._append(qpos, placed.contacts[first:], cycle.trend[first:] + self._turn, phases)
         self._next = 0
         self._carry()
+
+    def _standing(self, placed: Motion, first: int) -> FloatArray:
+        """Poses from frame `first` of a placed cycle on whose feet are never lifted: they stay where they are."""
+        last = self._qpos[-1]
+        rows = placed.qpos[np.arange(first - 1, len(placed))]
+        rows[:, :3] += last[:3] - rows[0, :3]
+        now, there = (forward_kinematics(pose[None], self.character) for pose in (last, rows[0]))
+        feet = np.array(self.character.feet)
+        headings = [foot_heading(rotation_matrix(found.xquat[0, feet])[:, None])[:, 0] for found in (now, there)]
+        start = np.column_stack([now.xpos[0, feet] - there.xpos[0, feet], wrap_angle(headings[0] - headings[1])])
+        contacts, weight = np.ones((len(rows), 2), dtype=bool), np.ones(len(rows))
+        height = now.foot_points[0, :, :, 2].min(axis=1)
+        planted = plant_feet(rows, None, contacts, weight, height, self.fps, self.character, start=start)
+        return np.asarray(planted.qpos[1:])
 
     def _carry(self) -> None:
         cycle = self._cores.cycle(self.node)

@@ -49,6 +49,22 @@ def test_the_stream_is_the_loop_repeated(cores):
     np.testing.assert_allclose(np.diff(window.qpos[:, :2], axis=0), np.diff(expected.qpos[:200, :2], axis=0), atol=1e-8)
 
 
+@pytest.mark.parametrize("first", [20, 40, 60, 80])
+def test_feet_that_stand_apart_stay_there_and_are_left_without_a_jump(cores, first):
+    stream = LocomotionStream(cores, "walk")
+    at = stream.change("stand", first, 64)
+    assert at is not None
+    window = stream.window(0, at + 400)  # far beyond the piece that is made at a change
+    standing = slice(at + 40, at + 400)
+    assert window.contacts[standing].all()
+    assert slip(window.qpos[standing], window.contacts[standing], window.fps) < 1e-3
+    then = stream.change("walk", at + 400, 64)
+    assert then is not None
+    window = stream.window(0, then + 60)
+    assert slip(window.qpos, window.contacts, window.fps) < 0.4
+    assert np.abs(np.diff(window.qpos[:, 7:], axis=0)).max() * window.fps < 30.0  # a swinging leg's [rad/s]
+
+
 def test_changes_of_core_node_keep_feet_and_heading(cores):
     stream = LocomotionStream(cores, "walk", place=(1.0, 2.0, 0.5))
     frames = 0
@@ -62,7 +78,7 @@ def test_changes_of_core_node_keep_feet_and_heading(cores):
     window = stream.window(0, frames)
     steps = np.linalg.norm(np.diff(window.qpos[:, :2], axis=0), axis=1)
     assert steps.max() * window.fps < 2.1  # walking sways at up to 1.5 m/s; the rest is the change
-    assert slip(window.qpos, window.contacts, window.fps) < 0.02
+    assert slip(window.qpos, window.contacts, window.fps) < 0.05
     assert np.abs(np.diff(window.trend)).max() * window.fps < 1.5
     heading = np.unwrap(split_heading(window.qpos[:, 3:7])[0])
     assert np.abs(heading - window.trend).max() < 0.2  # the pelvis's swing, no more
