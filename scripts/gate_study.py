@@ -12,12 +12,12 @@ import argparse
 import json
 import sys
 from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
 from gating.checks import ENSEMBLES, GOLDEN_STEPS, GOLDENS, before_physics, tracked
 from gating.faults import FAULTS, NO_FAULT, Fault
+from measuring.processes import each_result
 from measuring.save import save_study
 from simprep.errors import SimprepError
 from simprep.regression.baseline import Baseline, new_baseline, read_baseline, save_baseline
@@ -52,8 +52,8 @@ def finished(jobs: Sequence[Job], file: Path, processes: int) -> dict[Job, dict[
             row = json.loads(line)
             done[row["fault"], row["case"], row["seed"]] = row["metrics"]
     left = [job for job in jobs if job not in done]
-    with file.open("a", encoding="utf-8") as stream, ProcessPoolExecutor(processes) as pool:
-        for number, row in enumerate(pool.map(measured, left), 1):
+    with file.open("a", encoding="utf-8") as stream:
+        for number, (_, row) in enumerate(each_result(measured, left, processes), 1):
             stream.write(json.dumps(row) + "\n")
             stream.flush()
             done[row["fault"], row["case"], row["seed"]] = row["metrics"]

@@ -7,7 +7,6 @@ Writes results/controller/learning.json and learning.md. About 8 minutes on two 
 
 import argparse
 import sys
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import asdict, replace
 from functools import lru_cache
 from pathlib import Path
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 from rich.progress import track
 
+from measuring.processes import each_result
 from simprep.controller.assess import assess
 from simprep.controller.best import measure
 from simprep.controller.displacement import DisplacementTable
@@ -215,8 +215,8 @@ def main() -> None:
     parser.add_argument("-o", "--out", type=Path, default=Path("results/controller"))
     arguments = parser.parse_args()
     jobs = [(way, seed, arguments.millions) for way in WAYS for seed in range(arguments.seeds)]
-    with ProcessPoolExecutor(arguments.jobs) as pool:
-        rows = list(track(pool.map(study, jobs), total=len(jobs), description="trainings"))
+    found = dict(track(each_result(study, jobs, arguments.jobs), total=len(jobs), description="trainings"))
+    rows = [found[number] for number in range(len(jobs))]
     content = {
         "schema": "simprep.learning_study/1", **provenance(()),
         "command": " ".join(["python", "scripts/learning_study.py", *sys.argv[1:]]),

@@ -2,13 +2,13 @@
 
 import sys
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from time import process_time
 from typing import Any, TypeVar
 
 import numpy as np
 
 from measuring.clips import FARTHEST_M
+from measuring.processes import each_result
 from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.motion import Motion
 from simprep.physics.run import DONE, Run
@@ -32,13 +32,12 @@ def rows_of(
         processes: how many at a time.
         words: what a row is about.
     """
-    rows = []
-    with ProcessPoolExecutor(processes) as pool:
-        for number, row in enumerate(pool.map(measured, jobs), 1):
-            rows.append(row)
-            end = "done" if row["done"] else row["end_reason"]
-            print(f"{number}/{len(jobs)} {words(row)}: {end}", file=sys.stderr, flush=True)
-    return rows
+    rows: dict[int, dict[str, Any]] = {}
+    for number, row in each_result(measured, jobs, processes):
+        rows[number] = row
+        end = "done" if row["done"] else row["end_reason"]
+        print(f"{len(rows)}/{len(jobs)} {words(row)}: {end}", file=sys.stderr, flush=True)
+    return [rows[number] for number in range(len(jobs))]
 
 
 def yardsticks(row: dict[str, Any], yardstick_s: float) -> float | None:
