@@ -47,11 +47,12 @@ from simprep.physics.yardstick import Yardstick
 from simprep.report.results import provenance, save_json
 from simprep.scene import SceneSettings
 
-SCHEMA = "simprep.fight_physics_study/4"
+SCHEMA = "simprep.fight_physics_study/5"
 ARMS = ("planned", "planned_optimised", "feedback", "feedback_optimised", "feedback_through")
 SHOWN = {
     "end_s": "simulated s",
-    "falls_unprovoked": "falls without a blow",
+    "falls_unprovoked": "falls without a blow or a collision",
+    "falls_after_collision": "falls after a collision that was no blow",
     "knock_downs": "knock-downs",
     "got_up": "of all falls: up again",
     "mpjpe_mm": "MPJPE mm",
@@ -117,8 +118,12 @@ def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
     out: dict[str, Any] = {
         "end": found.end,
         "end_s": found.end_s,
-        "falls": [{**asdict(one), "knock_down": one.knock_down} for one in results.falls],
-        "falls_unprovoked": sum(not one.knock_down for one in results.falls),
+        "falls": [
+            {**asdict(one), "knock_down": one.knock_down, "after_collision": one.after_collision}
+            for one in results.falls
+        ],
+        "falls_unprovoked": sum(not (one.knock_down or one.after_collision) for one in results.falls),
+        "falls_after_collision": sum(one.after_collision for one in results.falls),
         "knock_downs": sum(one.knock_down for one in results.falls),
         "got_up": sum(one.up_s is not None for one in results.falls),
         "overlap_before_mean_mm": found.penetration_before.mean_mm,
@@ -216,6 +221,7 @@ def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
         "ends": {end: sum(c["end"] == end for c in cases) for end in ("done", "fell", "diverged")},
         "minutes": minutes,
         "falls_unprovoked_per_min": sum(c["falls_unprovoked"] for c in cases) / minutes,
+        "falls_after_collision_per_min": sum(c["falls_after_collision"] for c in cases) / minutes,
         "knock_downs_per_min": sum(c["knock_downs"] for c in cases) / minutes,
         "assist_n": max(c["assist_n"] for c in cases),
     }
@@ -261,7 +267,11 @@ def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float, f
 
     row("to the end / fell / diverged", [" / ".join(str(v) for v in s["ends"].values()) for s in summaries.values()])
     row("minutes simulated", [f"{s['minutes']:.2f}" for s in summaries.values()])
-    row("falls without a blow per minute", [f"{s['falls_unprovoked_per_min']:.2f}" for s in summaries.values()])
+    for name, key in (
+        ("falls without a blow or a collision per minute", "falls_unprovoked_per_min"),
+        ("falls after a collision that was no blow per minute", "falls_after_collision_per_min"),
+    ):
+        row(name, [f"{s[key]:.2f}" for s in summaries.values()])
     row("knock-downs per minute", [f"{s['knock_downs_per_min']:.2f}" for s in summaries.values()])
     row(
         "mean overlap cut by",
@@ -282,7 +292,11 @@ def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float, f
         f"The held-out examples themselves: facing of the pelvis {facing['pelvis']:.1f} deg, of the head"
         f" {facing['head']:.1f} deg (medians).",
     ]
-    lines += ["", f"A fall is a knock-down within {KNOCK_DOWN_S:g} s of a blow of {KNOCK_DOWN_NS:g} N s or more."]
+    lines += [
+        "",
+        f"A fall is a knock-down within {KNOCK_DOWN_S:g} s of a blow of {KNOCK_DOWN_NS:g} N s or more: what an attack of the other"
+        " meant. A collision is any other contact of that impulse, such as that of one's own kick.",
+    ]
     return "\n".join(lines) + "\n"
 
 

@@ -21,12 +21,13 @@ from simprep.physics.yardstick import Yardstick
 
 KEYS = [
     "fps_kinematic", "s_per_s", "falls_per_min", "mpjpe_mm", "penetration_mm", "foot_slip_ratio", "facing_error_deg",
-    "answered_share", "hits", "js", "assist_n", "falls_unprovoked_per_min", "knock_downs_per_min", "strike_miss_mm",
+    "answered_share", "hits", "js", "assist_n", "falls_unprovoked_per_min", "falls_after_collision_per_min", "knock_downs_per_min",
+    "strike_miss_mm",
     "reacted_share", "pair_yardsticks", "facing_head_deg",
 ]  # fmt: skip
 PHYSICS = (
     "s_per_s", "falls_per_min", "mpjpe_mm", "foot_slip_ratio", "assist_n", "falls_unprovoked_per_min",
-    "knock_downs_per_min",
+    "knock_downs_per_min", "falls_after_collision_per_min",
 )  # fmt: skip
 
 

@@ -84,6 +84,7 @@ class FightResults:
             "js": {name: kinematic.js.get(name) for name in ("bigram", "distance", "facing")},
             "assist_n": None if run is None else run.assist_n,
             "falls_unprovoked_per_min": None if run is None else run.falls_unprovoked_per_min,
+            "falls_after_collision_per_min": None if run is None else run.falls_after_collision_per_min,
             "knock_downs_per_min": None if run is None else run.knock_downs_per_min,
             "strike_miss_mm": miss and miss.median,
             "reacted_share": None if run is None else plain(run.reacted_share),
@@ -199,6 +200,9 @@ def fight_content(results: FightResults) -> dict[str, Any]:
         "actions": len(fight.actions),
         "kinematic": results.kinematic.as_dict(),
         "posture": None if results.posture is None else [asdict(one) for one in results.posture],
-        "falls": [{**asdict(one), "knock_down": one.knock_down} for one in results.falls],
+        "falls": [
+            {**asdict(one), "knock_down": one.knock_down, "after_collision": one.after_collision}
+            for one in results.falls
+        ],
         "simulation": None if results.simulated is None else results.simulated.as_dict(),
     }

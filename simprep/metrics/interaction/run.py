@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from simprep.arrays import BoolArray, IntArray
-from simprep.duel.fight.falls import BLOW_NS, KNOCK_DOWN_S, Blow, Fall, blow_before, blows
+from simprep.duel.fight.falls import BLOW_NS, KNOCK_DOWN_S, Blow, Fall, blow_before, blows, collision_before
 from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.hits import GRACE_S, judge
 from simprep.duel.stream.stream import PLAYERS, DuelStream
@@ -68,9 +68,10 @@ class RunMetrics:
         end: `done`, `fell` or `diverged`.
         end_s: simulated time [s].
         falls_per_min: of both fighters [1/min].
-        falls_unprovoked_per_min: of these, falls without a blow of 15 N s or more in the second before
+        falls_unprovoked_per_min: of these, falls without a blow or another collision of 15 N s or more in the second before
             (`simprep.duel.fight.falls`) [1/min].
-        knock_downs_per_min: the others [1/min].
+        falls_after_collision_per_min: falls after such a collision that was no blow, as of one's own kick [1/min].
+        knock_downs_per_min: falls after a blow [1/min].
         simulated: of the simulated motions as far as they go: penetration at every step, hits from the recorded
             contacts, MPJPE against the tracked motions. None for a run that diverged or ended within 0.5 s.
         penetration_before: between the tracked motions over the same time.
@@ -96,6 +97,7 @@ class RunMetrics:
     end_s: float
     falls_per_min: float
     falls_unprovoked_per_min: float
+    falls_after_collision_per_min: float
     knock_downs_per_min: float
     simulated: InteractionMetrics | None
     penetration_before: Depths
@@ -144,14 +146,15 @@ def run_metrics(
     struck = blows(contacts)
     fallen = falls_of_run(run, struck) if falls is None else tuple(falls)
     minutes = run.end_s / 60 if run.end_s > 0 else math.nan
-    unprovoked = sum(not one.knock_down for one in fallen)
+    knocked, collided = (sum(getattr(one, kind) for one in fallen) for kind in ("knock_down", "after_collision"))
     reacted, hard = reacted_share(struck, fight)
     computed: dict[str, Any] = {
         "end": run.end,
         "end_s": run.end_s,
         "falls_per_min": len(fallen) / minutes,
-        "falls_unprovoked_per_min": unprovoked / minutes,
-        "knock_downs_per_min": (len(fallen) - unprovoked) / minutes,
+        "falls_unprovoked_per_min": (len(fallen) - knocked - collided) / minutes,
+        "falls_after_collision_per_min": collided / minutes,
+        "knock_downs_per_min": knocked / minutes,
         "penetration_before": depths(run.reference_overlap),
         "contacts": dict(Counter(one.verdict for one in contacts)),
         "impulse_ns": percentiles(np.array([one.impulse_ns for one in contacts])) if contacts else None,
@@ -198,7 +201,8 @@ def falls_of_run(run: Run, struck: Sequence[Blow]) -> tuple[Fall, ...]:
     """
     if run.fallen is None:
         return ()
-    return (Fall(run.fallen, run.end_s, run.end_reason, blow_before(struck, run.fallen, run.end_s)),)
+    who, end = run.fallen, run.end_s
+    return (Fall(who, end, run.end_reason, blow_before(struck, who, end), collision_before(run.contacts, who, end)),)
 
 
 def by_one_rule(stream: DuelStream) -> DuelStream:

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from simprep.duel.fight.balance import BalanceWatch
 from simprep.duel.fight.example_motions import ExampleMotions
-from simprep.duel.fight.falls import Fall, blow_before, blows
+from simprep.duel.fight.falls import Fall, blow_before, blows, collision_before
 from simprep.duel.fight.floor_move import FloorMove, GradualMove, fit_move, move_between
 from simprep.duel.fight.getting_up import PRONE, SUPINE, lying, roll_over, way_up
 from simprep.duel.fight.hits import JudgedContact
@@ -306,6 +306,21 @@ def test_contacts_of_one_attack_are_one_blow_and_falls_after_hard_ones_are_knock
     assert Fall(1, 1.9, "", blow_before(found, 1, 1.9)).knock_down
     assert not Fall(1, 2.2, "", blow_before(found, 1, 2.2)).knock_down
     assert not Fall(0, 4.1, "", blow_before(found, 0, 4.1)).knock_down
+
+
+def test_collisions_that_throw_over_are_told_apart_from_falls_without():
+    own = [touch(1.0, (10.0, 0, 0), -1, -1, "unintended"), touch(1.05, (0, 12.0, 0), 3, 1)]
+    long = replace(touch(4.0, (90.0, 0, 0), -1, -1, "unintended"), duration_s=0.5)
+    assert collision_before([*own, long], 1, 1.8) == pytest.approx(np.hypot(10, 12))
+    assert collision_before(own, 0, 1.8) == pytest.approx(np.hypot(10, 12))  # both get the same impulse
+    assert collision_before(own, 1, 1.15) == 0.0  # too late to be the reason
+    assert collision_before(own, 1, 2.2) == 0.0  # too long ago
+    assert collision_before([long], 1, 4.8) == 0.0  # leaning
+    fall = Fall(1, 1.8, "the head is low", 0.0, collision_before(own, 1, 1.8))
+    assert (fall.after_collision, fall.knock_down) == (True, False)
+    assert "collided with 16 N s" in fall.words
+    assert not Fall(1, 1.8, "", 20.0, 20.0).after_collision
+    assert not Fall(1, 1.8, "", 0.0, 14.0).after_collision
 
 
 def test_who_is_struck_reacts(model, examples):
