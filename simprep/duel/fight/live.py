@@ -39,7 +39,7 @@ from simprep.physics.tracker_state import TrackerState
 
 HISTORY_S = 0.25
 """Postures are optimised from so long before a new action on, so that they go on smoothly [s]."""
-REACTS, CATCHES, STEADIES, DOWN, WAITS = "reacts", "catches", "steadies", "down", "waits"
+REACTS, CATCHES, DOWN, WAITS = "reacts", "catches", "down", "waits"
 """Notes of actions (`FightAction.note`)."""
 
 
@@ -58,7 +58,6 @@ class LiveSettings:
         pace: how fast the feet of an action may go; None: as fast as in its example.
         react_s: who is struck ends the own action so long after the blow [s]; 0: nobody reacts.
         off_m: so does who is so far out of balance (`balance.BalanceWatch`) [m]; 0: nobody.
-        unsteady_m: who is so far out of balance when he chooses does not attack next, unless he is asked to [m]; 0: nobody.
         tries: attempts to roll over or get up before a fighter stays down.
     """
 
@@ -72,7 +71,6 @@ class LiveSettings:
     pace: PaceSettings | None = field(default_factory=PaceSettings)
     react_s: float = 0.12
     off_m: float = 0.35
-    unsteady_m: float = 0.0
     tries: int = 6
 
 
@@ -147,7 +145,6 @@ class LiveFight:
         self._blows: tuple[Blow, ...] = ()
         self._answered: set[tuple[int, int]] = set()
         self._balance = [BalanceWatch(body, self.bout.fps) for body in self.bout.examples.bodies]
-        self._off_m = [0.0, 0.0]  # how far each is out of balance
         self._catching: set[int] = set()  # out of balance, and have not chosen yet what to do about it
         self._calm_s = [0.0, 0.0]  # until when nobody breaks off again
         self._pause: int | None = None
@@ -233,7 +230,6 @@ class LiveFight:
                 if first is not None:
                     changed[player] = first
         self.bout.known_s, begin = self.time, perf_counter()
-        self._steady(self.bout.due)
         begun = self.bout.step()
         if begun.player in self._catching:
             self._catching.discard(begun.player)
@@ -362,17 +358,10 @@ class LiveFight:
         for player in PLAYERS:
             standing = self.bout.drawn(player, frame)[1][0]
             poses = state.bodies_qpos[player], state.reference_qpos[player]
-            self._off_m[player] = self._balance[player].error_m(*poses, standing)
-            off = self._off_m[player] > self.settings.off_m > 0
+            off = self._balance[player].error_m(*poses, standing) > self.settings.off_m > 0
             if off and standing.any() and self.time >= self._calm_s[player] and self._react(player, CATCHES):
                 self._catching.add(player)
                 self._calm_s[player] = self.time + self.settings.carry_s
-
-    def _steady(self, player: int) -> None:
-        """Who is about to choose and not in balance chooses among what does not attack."""
-        chooser, unsteady = self._struck[player], self._off_m[player] > self.settings.unsteady_m > 0
-        if unsteady and chooser is not None and not chooser.struck and chooser.chooser is not self.made.avatar:
-            chooser.struck = STEADIES
 
     def _react(self, player: int, note: str = REACTS) -> bool:
         """Let a fighter break off and choose among reactions; whether that is possible."""
