@@ -47,6 +47,7 @@ def launch(
     settings: PreparationSettings = DEFAULT_SETTINGS,
     carry: float = 0.0,
     ease: float = 0.0,
+    stray: float = np.inf,
 ) -> Motion:
     """Play an approach, and from one of its frames on the target; the event `launch` marks the target's first frame.
 
@@ -59,6 +60,8 @@ def launch(
         settings: for the planted feet.
         carry: time over which the difference in the root's speed along the floor dies away [s]. What the root travels in it
             is kept: the target goes on from there. 0: the root comes back to where the target fits the planted feet.
+        stray: where the feet's places towards each other differ by more than this from the target's, the one behind is lifted at
+            once, not when the target lifts it, and steps to where the target has it next [m].
         ease: time within which the pelvis may begin to sink so that legs reach [s]; 0: as early as it needs to, also at once.
 
     Raises:
@@ -77,12 +80,18 @@ def launch(
         raise SettingError(f"transition window {window} s; valid: above 0")
     standing = forward_kinematics(approach.qpos[frame : frame + 1], approach.character)
     placed = _place(target, entry, approach, frame, standing)
+    lifted = _stray_foot(placed, entry, approach, frame, standing, stray)
+    if lifted is not None:
+        placed = _place(target, entry, approach, frame, standing, lifted)
     landing = max(2, round(window * approach.fps))
     qpos, weight = _inertialise(_state(approach, frame), placed, entry, landing, round(carry * approach.fps))
     contacts = placed.contacts[entry:].copy()
     for side in (0, 1):
         if not approach.contacts[frame, side]:  # in the air at the launch: it lands when the two motions agree
             contacts[:landing, side] = False
+    if lifted is not None:
+        run = next(after for first, after in stances(placed.contacts[:, lifted]) if first <= entry < after) - entry
+        contacts[:run, lifted] = False
     planted = plant_feet(
         qpos,
         forward_kinematics(placed.qpos[entry:], target.character),
@@ -139,7 +148,25 @@ def local_state(motion: Motion) -> tuple[FloatArray, FloatArray]:
     return in_heading(positions - floor[:, None], heading), in_heading(velocity, heading)
 
 
-def _place(target: Motion, entry: int, approach: Motion, frame: int, standing: Kinematics) -> Motion:
+def _stray_foot(
+    placed: Motion, entry: int, approach: Motion, frame: int, standing: Kinematics, stray: float
+) -> int | None:
+    """The foot to lift at once (see `launch`): of two that stand in both, the one that the root leaves behind."""
+    if not (np.isfinite(stray) and approach.contacts[frame].all() and placed.contacts[entry].all()):
+        return None
+    feet = list(approach.character.feet)
+    there = forward_kinematics(placed.qpos[entry : entry + 1], placed.character)
+    apart = [np.subtract(*found.xpos[0, feet, :2]) for found in (standing, there)]
+    if np.linalg.norm(apart[0] - apart[1]) <= stray:
+        return None
+    way = approach.qpos[frame, :2] - approach.qpos[max(frame - 1, 0), :2]
+    behind = int(np.argmin(standing.xpos[0, feet, :2] @ way))
+    return None if placed.contacts[entry:, behind].all() else behind
+
+
+def _place(
+    target: Motion, entry: int, approach: Motion, frame: int, standing: Kinematics, lifted: int | None = None
+) -> Motion:
     """Turn and shift the target so that at its entry the heading, and the feet that stay planted, fit the approach."""
     heading_to, _ = split_heading(approach.qpos[frame, 3:7])
     heading_from, _ = split_heading(target.qpos[entry, 3:7])
@@ -147,7 +174,7 @@ def _place(target: Motion, entry: int, approach: Motion, frame: int, standing: K
     there = forward_kinematics(turned.qpos[entry : entry + 1], target.character)
     shares, gaps = [_ROOT_SHARE_S], [approach.qpos[frame, :2] - turned.qpos[entry, :2]]
     for side, foot in enumerate(approach.character.feet):
-        if approach.contacts[frame, side] and target.contacts[entry, side]:
+        if side != lifted and approach.contacts[frame, side] and target.contacts[entry, side]:
             run = next(after for first, after in stances(target.contacts[:, side]) if first <= entry < after)
             shares.append(min((run - entry) / target.fps, _FOOT_SHARE_S))
             gaps.append(standing.xpos[0, foot, :2] - there.xpos[0, foot, :2])

@@ -27,6 +27,8 @@ _CARRY_S = 0.4
 """Time in which a walker's speed dies away at a change to steps on the spot, or comes up at the way back."""
 _EASE_S = 0.1
 """Time within which the pelvis may begin to sink at a change, where feet stand far apart [s]."""
+_STRAY_M = 0.3
+"""Feet that stand farther from each other than the next core node has them: the one behind steps [m]."""
 _CHANGE_S = 1.6
 """Length of the piece synthesised at a change of core node: the transition, and the stances that begin in it."""
 
@@ -168,8 +170,8 @@ class LocomotionStream:
         ahead = replace(long, qpos=long.qpos[before:], contacts=long.contacts[before:], events={}, name=node)
         # where a foot never leaves the floor, the root has to come back over both
         lifts = bool((~cycle.motion.contacts).any(axis=0).all())
-        carry = _CARRY_S if lifts else 0.0
-        played = launch(approach, 2, ahead, 1, DEFAULT_WINDOW_S, carry=carry, ease=_EASE_S)
+        carry, stray = (_CARRY_S, _STRAY_M) if lifts else (0.0, np.inf)
+        played = launch(approach, 2, ahead, 1, DEFAULT_WINDOW_S, carry=carry, ease=_EASE_S, stray=stray)
         qpos, contacts = played.qpos[2:], played.contacts[2:]
         to, start = (float(split_heading(pose[3:7])[0]) for pose in (approach.qpos[2], ahead.qpos[1]))
         trend = cycle.trend[(entry + np.arange(count)) % n] + cycle.turn * ((entry + np.arange(count)) // n)

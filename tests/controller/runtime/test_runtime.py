@@ -65,6 +65,22 @@ def test_feet_that_stand_apart_stay_there_and_are_left_without_a_jump(cores, fir
     assert np.abs(np.diff(window.qpos[:, 7:], axis=0)).max() * window.fps < 30.0  # a swinging leg's [rad/s]
 
 
+def test_who_is_turned_in_the_middle_of_a_stride_steps_and_does_not_sink(cores):
+    """With both feet kept on the floor, half a stride apart, the pelvis sank by 8 to 14 cm and the leg behind kicked."""
+    tried = 0
+    for frame in np.flatnonzero(library_motion("walk").contacts.all(axis=1)):
+        stream = LocomotionStream(cores, "walk")
+        at = stream.change(turning(cores), 64 + int(frame), 1)
+        if at is None:
+            continue
+        tried += 1
+        window = stream.window(0, at + 60)
+        assert window.qpos[at:, 2].min() > window.qpos[:at, 2].min() - 0.02
+        assert np.abs(np.diff(window.qpos[:, 7:], axis=0)).max() * window.fps < 15.0
+        assert slip(window.qpos, window.contacts, window.fps) < 0.02
+    assert tried
+
+
 def test_changes_of_core_node_keep_feet_and_heading(cores):
     stream = LocomotionStream(cores, "walk", place=(1.0, 2.0, 0.5))
     frames = 0
