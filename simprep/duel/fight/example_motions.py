@@ -21,12 +21,15 @@ from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import continuous_quat, rotation_matrix
+from simprep.physics.overlap import overlap_of_poses
 from simprep.preparation.planting import foot_heading
 
 SMOOTHING_S = 0.02
 """Standard deviation of the Gaussian that removes noise from recorded poses [s]."""
 PLAY = np.radians(4.0)
 """A standing foot that turns by less than this does not pivot."""
+START_OVERLAP_M = 0.002
+"""Bodies that are deeper in each other than this do not begin a fight [m]."""
 
 
 @dataclass(frozen=True)
@@ -177,6 +180,22 @@ class ExampleMotions:
             if all(len(one) == 1 and self.guard[one[0]] and self.actions.next[one[0]] >= 0 for one in pair):
                 good.append(int(frame))
         return np.array(good, dtype=np.int64)
+
+    def start_frame(self, rng: np.random.Generator) -> int:
+        """One of the `guard_frames`, drawn again while the bodies are within each other there, as some recordings have them.
+
+        Raises:
+            MotionError: there is none.
+        """
+        frames = self.guard_frames()
+        if not len(frames):
+            raise MotionError("the examples have no frame at which both fighters stand in guard; give a start")
+        while True:
+            start = int(rng.choice(frames))
+            apart = overlap_of_poses([one[[start]] for one in self.qpos], self.bodies)[0] <= START_OVERLAP_M
+            if apart or len(frames) == 1:
+                return start
+            frames = frames[frames != start]
 
 
 def _examples(stream: DuelStream, actions: ActionList, basis: PoseBasis, fps: float) -> ExampleMotions:

@@ -28,7 +28,7 @@ from simprep.duel.fight.time_warp import Warp, WarpSettings, fit_warp
 from simprep.duel.model.action_features import FloorFrame, action_parameters, floor_frame
 from simprep.duel.model.tracks import local_joints
 from simprep.duel.stream.stream import DuelStream
-from simprep.errors import MotionError, SettingError
+from simprep.errors import SettingError
 from simprep.motion.edit import yaw
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.motion import Motion
@@ -67,7 +67,7 @@ class Bout:
             the fighter's own body performed, appended recordings included.
         rng: the only source of chance.
         start: frame of the recordings at which the fight begins, in the midst of actions; None draws one at which both
-            stand in guard (`ExampleMotions.guard_frames`).
+            stand in guard (`ExampleMotions.start_frame`).
         settings: None for the defaults.
 
     Attributes:
@@ -93,12 +93,7 @@ class Bout:
         self._strike_of, self._pace_of = cache(partial(strike_of, examples)), cache(partial(pace_of, examples))
         self.known_s: float | None = None
         self.astray: list[FloorMove | None] = [None, None]
-        if start is None:
-            frames = examples.guard_frames()
-            if not len(frames):
-                raise MotionError("the examples have no frame at which both fighters stand in guard; give a start")
-            start = int(rng.choice(frames))
-        self.start = start
+        self.start = start = examples.start_frame(rng) if start is None else start
         for player, index in enumerate(examples.at(start)):
             self._begin(player, index, start)
 

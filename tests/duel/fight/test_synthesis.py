@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from simprep.duel.fight.choice import Choice, ModelChooser
-from simprep.duel.fight.example_motions import ExampleMotions
+from simprep.duel.fight.example_motions import START_OVERLAP_M, ExampleMotions
 from simprep.duel.fight.placement import Aim, place
 from simprep.duel.fight.stitch import Seam, StitchSettings, inertialise, plan_contacts, plan_steps
 from simprep.duel.fight.synthesis import Bout, SynthesisSettings, synthesise
@@ -24,6 +24,7 @@ from simprep.humanoid_model import humanoid
 from simprep.metrics.contact import floor_penetration, foot_slip, stance_drift
 from simprep.motion.edit import yaw
 from simprep.motion.turns import turned
+from simprep.physics.overlap import overlap_of_poses
 
 SECONDS = 12.0
 
@@ -240,6 +241,20 @@ def test_a_recording_performed_again_is_itself_and_choosers_are_told_what_the_mo
             assert (np.abs(situation.own - own) < tolerance).all()
             assert (np.abs(situation.opponent - opponent) < tolerance).all()
             np.testing.assert_allclose(situation.frame.point(situation.position)[0], own[0], atol=0.5)
+
+
+def test_a_fight_begins_where_the_bodies_are_not_within_each_other(examples):
+    frames = examples.guard_frames()
+    entwined = frames[: len(frames) // 2]  # half of the starts, both in one place
+    qpos = examples.qpos.copy()
+    qpos[1, entwined, :2] = qpos[0, entwined, :2]
+    mixed = replace(examples, qpos=qpos)
+    drawn = {mixed.start_frame(np.random.default_rng(seed)) for seed in range(30)}
+    assert len(drawn) > 1
+    assert overlap_of_poses([one[sorted(drawn)] for one in qpos], mixed.bodies).max() <= START_OVERLAP_M
+    assert mixed.start_frame(np.random.default_rng(3)) == mixed.start_frame(np.random.default_rng(3))
+    qpos[1, frames, :2] = qpos[0, frames, :2]
+    assert replace(examples, qpos=qpos).start_frame(np.random.default_rng(0)) in frames  # there is no other
 
 
 def test_moments_of_attack_and_reaction_coincide_where_they_can_and_nothing_else_is_warped(examples, model):
