@@ -26,6 +26,7 @@ DEFAULT_WINDOW_S = 0.3
 
 _ROOT_SHARE_S = 0.2  # how much the root counts in the placement, as seconds of stance of a foot
 _FOOT_SHARE_S = 1.0
+_CLOSING_S = 0.5  # of a step by a foot that the target never lifts
 VELOCITY_S = 0.1
 """In pose distances, a velocity difference of 1 m/s weighs as much as this many metres [s]."""
 
@@ -61,7 +62,7 @@ def launch(
         carry: time over which the difference in the root's speed along the floor dies away [s]. What the root travels in it
             is kept: the target goes on from there. 0: the root comes back to where the target fits the planted feet.
         stray: where the feet's places towards each other differ by more than this from the target's, the one behind is lifted at
-            once, not when the target lifts it, and steps to where the target has it next [m].
+            once, not when the target lifts it, and steps to where the target has it next; within 0.5 s where that never lifts it [m].
         ease: time within which the pelvis may begin to sink so that legs reach [s]; 0: as early as it needs to, also at once.
 
     Raises:
@@ -91,7 +92,7 @@ def launch(
             contacts[:landing, side] = False
     if lifted is not None:
         run = next(after for first, after in stances(placed.contacts[:, lifted]) if first <= entry < after) - entry
-        contacts[:run, lifted] = False
+        contacts[: run if run < len(contacts) else round(_CLOSING_S * approach.fps), lifted] = False
     planted = plant_feet(
         qpos,
         forward_kinematics(placed.qpos[entry:], target.character),
@@ -151,7 +152,7 @@ def local_state(motion: Motion) -> tuple[FloatArray, FloatArray]:
 def _stray_foot(
     placed: Motion, entry: int, approach: Motion, frame: int, standing: Kinematics, stray: float
 ) -> int | None:
-    """The foot to lift at once (see `launch`): of two that stand in both, the one that the root leaves behind."""
+    """The foot to lift at once (see `launch`): of two that stand in both, the one behind."""
     if not (np.isfinite(stray) and approach.contacts[frame].all() and placed.contacts[entry].all()):
         return None
     feet = list(approach.character.feet)
@@ -159,9 +160,8 @@ def _stray_foot(
     apart = [np.subtract(*found.xpos[0, feet, :2]) for found in (standing, there)]
     if np.linalg.norm(apart[0] - apart[1]) <= stray:
         return None
-    way = approach.qpos[frame, :2] - approach.qpos[max(frame - 1, 0), :2]
-    behind = int(np.argmin(standing.xpos[0, feet, :2] @ way))
-    return None if placed.contacts[entry:, behind].all() else behind
+    heading, _ = split_heading(approach.qpos[frame, 3:7])
+    return int(np.argmin(standing.xpos[0, feet, :2] @ [np.cos(heading), np.sin(heading)]))
 
 
 def _place(

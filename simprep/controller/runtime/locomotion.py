@@ -29,6 +29,8 @@ _EASE_S = 0.1
 """Time within which the pelvis may begin to sink at a change, where feet stand far apart [s]."""
 _STRAY_M = 0.3
 """Feet that stand farther from each other than the next core node has them: the one behind steps [m]."""
+_CLOSE_S = 0.7
+"""Time in which who has stopped with feet apart comes up over the foot in front [s]."""
 _CHANGE_S = 1.6
 """Length of the piece synthesised at a change of core node: the transition, and the stances that begin in it."""
 
@@ -118,7 +120,9 @@ class LocomotionStream:
         turn = place[2] - float(cycle.trend[frame % len(cycle.motion)])
         x, y = turned(cycle.motion.qpos[frame % len(cycle.motion), :2], turn)
         self._next = frame  # frame of the core node that comes next
-        self._planted = False  # whether feet stand elsewhere than in the core node
+        self._planted = self._apart = (
+            False  # whether feet stand elsewhere than in the core node, and far from each other
+        )
         self._turn, self._shift = turn, np.array([place[0] - x, place[1] - y])  # placement of the current cycle
         self._qpos = np.empty((0, self.character.nq))
         self._contacts = np.empty((0, 2), dtype=bool)
@@ -159,7 +163,7 @@ class LocomotionStream:
                 return at
         return None
 
-    def _launch(self, node: str, at: int, entry: int) -> None:
+    def _launch(self, node: str, at: int, entry: int, closing: bool = False) -> None:
         cycle = self._cores.cycle(node)
         n = len(cycle.motion)
         count = round(_CHANGE_S * self.fps)
@@ -170,20 +174,25 @@ class LocomotionStream:
         ahead = replace(long, qpos=long.qpos[before:], contacts=long.contacts[before:], events={}, name=node)
         # where a foot never leaves the floor, the root has to come back over both
         lifts = bool((~cycle.motion.contacts).any(axis=0).all())
-        carry, stray = (_CARRY_S, _STRAY_M) if lifts else (0.0, np.inf)
-        played = launch(approach, 2, ahead, 1, DEFAULT_WINDOW_S, carry=carry, ease=_EASE_S, stray=stray)
+        carry = _CARRY_S if lifts else 0.0
+        stray = _STRAY_M if lifts or closing else np.inf
+        window = _CLOSE_S if closing else DEFAULT_WINDOW_S
+        played = launch(approach, 2, ahead, 1, window, carry=carry, ease=_EASE_S, stray=stray)
         qpos, contacts = played.qpos[2:], played.contacts[2:]
         to, start = (float(split_heading(pose[3:7])[0]) for pose in (approach.qpos[2], ahead.qpos[1]))
         trend = cycle.trend[(entry + np.arange(count)) % n] + cycle.turn * ((entry + np.arange(count)) // n)
         trend = trend + (to - start) - cycle.turn * ((before + 1) // n - entry // n)
         gap = self._trend[at] - trend[0]
         trend = trend + 2 * np.pi * np.round(gap / (2 * np.pi))
-        x = np.minimum(np.arange(count) / (DEFAULT_WINDOW_S * self.fps), 1.0)
+        x = np.minimum(np.arange(count) / (window * self.fps), 1.0)
         trend = trend + dying_away(x, self._trend[at] - trend[0], 0.0)
         self._cut(at)
         self._append(qpos[:count], contacts[:count], trend, [(node, int(f)) for f in (entry + np.arange(count)) % n])
         # go on where this piece ends: there it is the placed cycle again, if its feet have been lifted
         self._planted = not lifts
+        self._apart = (
+            not lifts and not closing and self._stride(qpos[count - 1]) > self._stride(ahead.qpos[count]) + _STRAY_M
+        )
         self.node, self._next = node, (entry + count) % n
         last = (entry + count - 1) % n
         pose = self._qpos[-1]
@@ -194,8 +203,11 @@ class LocomotionStream:
             self._carry()
 
     def _play(self) -> None:
-        """Append the rest of the current cycle."""
+        """Append the rest of the current cycle; who stands with feet apart closes the step first."""
         cycle = self._cores.cycle(self.node)
+        if self._apart:
+            self._launch(self.node, len(self) - 2, self.phase(len(self) - 2)[1], closing=True)
+            return
         first = self._next % len(cycle.motion)
         placed = move(cycle.motion, (float(self._shift[0]), float(self._shift[1])), self._turn)
         phases = [(self.node, frame) for frame in range(first, len(cycle.motion))]
@@ -203,6 +215,11 @@ class LocomotionStream:
         self._append(qpos, placed.contacts[first:], cycle.trend[first:] + self._turn, phases)
         self._next = 0
         self._carry()
+
+    def _stride(self, pose: FloatArray) -> float:
+        """Distance between the feet on the floor [m]."""
+        left, right = forward_kinematics(pose[None], self.character).xpos[0, self.character.feet, :2]
+        return float(np.linalg.norm(left - right))
 
     def _standing(self, placed: Motion, first: int) -> FloatArray:
         """Poses from frame `first` of a placed cycle on whose feet are never lifted: they stay where they are."""
