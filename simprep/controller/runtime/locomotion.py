@@ -120,9 +120,8 @@ class LocomotionStream:
         turn = place[2] - float(cycle.trend[frame % len(cycle.motion)])
         x, y = turned(cycle.motion.qpos[frame % len(cycle.motion), :2], turn)
         self._next = frame  # frame of the core node that comes next
-        self._planted = self._apart = (
-            False  # whether feet stand elsewhere than in the core node, and far from each other
-        )
+        self._planted = False  # whether feet stand elsewhere than in the core node
+        self._apart = False  # and far from each other
         self._turn, self._shift = turn, np.array([place[0] - x, place[1] - y])  # placement of the current cycle
         self._qpos = np.empty((0, self.character.nq))
         self._contacts = np.empty((0, 2), dtype=bool)
