@@ -105,7 +105,7 @@ def test_changes_of_core_node_keep_feet_and_heading(cores):
     window = stream.window(0, frames)
     steps = np.linalg.norm(np.diff(window.qpos[:, :2], axis=0), axis=1)
     assert steps.max() * window.fps < 2.1  # walking sways at up to 1.5 m/s; the rest is the change
-    assert slip(window.qpos, window.contacts, window.fps) < 0.05
+    assert slip(window.qpos, window.contacts, window.fps) < 0.02
     assert np.abs(np.diff(window.trend)).max() * window.fps < 1.5
     heading = np.unwrap(split_heading(window.qpos[:, 3:7])[0])
     assert np.abs(heading - window.trend).max() < 0.2  # the pelvis's swing, no more
