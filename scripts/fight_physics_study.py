@@ -51,8 +51,8 @@ SCHEMA = "simprep.fight_physics_study/5"
 ARMS = ("planned", "planned_optimised", "feedback", "feedback_optimised", "feedback_through")
 SHOWN = {
     "end_s": "simulated s",
-    "falls_unprovoked": "falls without a blow or a collision",
-    "falls_after_collision": "falls after a collision that was no blow",
+    "falls_unprovoked": "falls without a blow",
+    "falls_after_collision": "of these after another collision",
     "knock_downs": "knock-downs",
     "got_up": "of all falls: up again",
     "mpjpe_mm": "MPJPE mm",
@@ -122,7 +122,7 @@ def numbers(results: FightResults, yardstick_s: float) -> dict[str, Any]:
             {**asdict(one), "knock_down": one.knock_down, "after_collision": one.after_collision}
             for one in results.falls
         ],
-        "falls_unprovoked": sum(not (one.knock_down or one.after_collision) for one in results.falls),
+        "falls_unprovoked": sum(not one.knock_down for one in results.falls),
         "falls_after_collision": sum(one.after_collision for one in results.falls),
         "knock_downs": sum(one.knock_down for one in results.falls),
         "got_up": sum(one.up_s is not None for one in results.falls),
@@ -268,8 +268,8 @@ def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float, f
     row("to the end / fell / diverged", [" / ".join(str(v) for v in s["ends"].values()) for s in summaries.values()])
     row("minutes simulated", [f"{s['minutes']:.2f}" for s in summaries.values()])
     for name, key in (
-        ("falls without a blow or a collision per minute", "falls_unprovoked_per_min"),
-        ("falls after a collision that was no blow per minute", "falls_after_collision_per_min"),
+        ("falls without a blow per minute", "falls_unprovoked_per_min"),
+        ("of these after another collision per minute", "falls_after_collision_per_min"),
     ):
         row(name, [f"{s[key]:.2f}" for s in summaries.values()])
     row("knock-downs per minute", [f"{s['knock_downs_per_min']:.2f}" for s in summaries.values()])

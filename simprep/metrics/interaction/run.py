@@ -68,10 +68,10 @@ class RunMetrics:
         end: `done`, `fell` or `diverged`.
         end_s: simulated time [s].
         falls_per_min: of both fighters [1/min].
-        falls_unprovoked_per_min: of these, falls without a blow or another collision of 15 N s or more in the second before
+        falls_unprovoked_per_min: of these, falls without a blow of 15 N s or more in the second before
             (`simprep.duel.fight.falls`) [1/min].
-        falls_after_collision_per_min: falls after such a collision that was no blow, as of one's own kick [1/min].
-        knock_downs_per_min: falls after a blow [1/min].
+        falls_after_collision_per_min: of the unprovoked, those after another collision of that impulse, as of one's own kick [1/min].
+        knock_downs_per_min: the others [1/min].
         simulated: of the simulated motions as far as they go: penetration at every step, hits from the recorded
             contacts, MPJPE against the tracked motions. None for a run that diverged or ended within 0.5 s.
         penetration_before: between the tracked motions over the same time.
@@ -152,7 +152,7 @@ def run_metrics(
         "end": run.end,
         "end_s": run.end_s,
         "falls_per_min": len(fallen) / minutes,
-        "falls_unprovoked_per_min": (len(fallen) - knocked - collided) / minutes,
+        "falls_unprovoked_per_min": (len(fallen) - knocked) / minutes,
         "falls_after_collision_per_min": collided / minutes,
         "knock_downs_per_min": knocked / minutes,
         "penetration_before": depths(run.reference_overlap),
