@@ -16,7 +16,7 @@ from simprep.motion.edit import cut, move
 from simprep.motion.kinematics import Kinematics, forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.motion.rotations import in_heading
-from simprep.motion.turns import rotation_between
+from simprep.motion.turns import rotation_between, turned
 from simprep.preparation.blending import split_heading
 from simprep.preparation.planting import Standing, plant_feet
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -60,7 +60,7 @@ def launch(
         window: time over which the difference between the two dies away [s].
         settings: for the planted feet.
         carry: time over which the difference in the root's speed along the floor dies away [s]. What the root travels in it
-            is kept: the target goes on from there. 0: the root comes back to where the target fits the planted feet.
+            is kept: the target goes on from there. The speed turns as the target does. 0: the root comes back to where the target fits the planted feet.
         stray: where the feet's places towards each other differ by more than this from the target's, the one behind is lifted at
             once, not when the target lifts it, and steps to where the target has it next; within 0.5 s where that never lifts it [m].
         ease: time within which the pelvis may begin to sink so that legs reach [s]; 0: as early as it needs to, also at once.
@@ -202,10 +202,12 @@ def _inertialise(state: _State, target: Motion, entry: int, frames: int, carry: 
     left = (1 + 2 * x) * (1 - x) ** 2
     fade = left * offset + x * (1 - x) ** 2 * slope
     if carry:
-        fade[:, :2] = _carried(offset[:2], (state.step - own.step)[:2], carry, len(qpos))
+        along = _carried(offset[:2], (state.step - own.step)[:2], carry, len(qpos))
+        turn = np.unwrap(split_heading(qpos[:, 3:7])[0])
+        fade[:, :2] = along[0] + np.cumsum(turned(np.diff(along, axis=0, prepend=along[:1]), turn - turn[0]), axis=0)
     qpos[:, :3] += fade[:, :3]
-    turn = Rotation.from_rotvec(fade[:, 3:6]) * Rotation.from_quat(qpos[:, 3:7], scalar_first=True)
-    qpos[:, 3:7] = turn.as_quat(scalar_first=True)
+    rotation = Rotation.from_rotvec(fade[:, 3:6]) * Rotation.from_quat(qpos[:, 3:7], scalar_first=True)
+    qpos[:, 3:7] = rotation.as_quat(scalar_first=True)
     low, high = target.character.limits.T
     inside = np.clip(qpos[:, 7:] + fade[:, 6:], low, high)
     qpos[:, 7:] = np.where(np.abs(fade[:, 6:]) > 0, inside, qpos[:, 7:])

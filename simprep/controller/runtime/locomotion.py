@@ -24,11 +24,17 @@ from simprep.preparation.transition import DEFAULT_WINDOW_S, launch
 _SLACK = 1.25
 _SLACK_M = 0.01
 _CARRY_S = 0.4
-"""Time in which a walker's speed dies away at a change to steps on the spot, or comes up at the way back."""
+"""Time in which speed comes up at a change to a faster core node [s]."""
+_SLOWING_S = 1.0
+"""Time in which a walker's speed dies away at a change to steps round: who walks on after one turns without a halt [s]."""
+_WALKS = 0.5
+"""Who is faster than the next core node by this slows down over steps [m/s]."""
 _EASE_S = 0.1
 """Time within which the pelvis may begin to sink at a change, where feet stand far apart [s]."""
 _STRAY_M = 0.3
 """Feet that stand farther from each other than the next core node has them: the one behind steps [m]."""
+_BESIDE_M = 0.05
+"""The same for who steps round and stops: over feet behind it the pelvis would have to come back [m]."""
 _CLOSE_S = 0.7
 """Time in which who has stopped with feet apart comes up over the foot in front [s]."""
 _CHANGE_S = 1.6
@@ -50,6 +56,12 @@ class Cycle:
     trend: FloatArray
     turn: float
     step: FloatArray
+
+    @property
+    def speed(self) -> float:
+        """How far a cycle goes on the floor, per frame [m]."""
+        first = self.motion.qpos[0, :2]
+        return float(np.linalg.norm(turned(first, self.turn) + self.step - first)) / len(self.motion)
 
 
 class CoreNodes:
@@ -173,8 +185,10 @@ class LocomotionStream:
         ahead = replace(long, qpos=long.qpos[before:], contacts=long.contacts[before:], events={}, name=node)
         # where a foot never leaves the floor, the root has to come back over both
         lifts = bool((~cycle.motion.contacts).any(axis=0).all())
-        carry = _CARRY_S if lifts else 0.0
-        stray = _STRAY_M if lifts or closing else np.inf
+        slowing = (self._cores.cycle(self.node).speed - cycle.speed) * self.fps > _WALKS
+        carry = (_SLOWING_S if slowing else _CARRY_S) if lifts else 0.0
+        # who walks and stops keeps the stride for now, as the next action may walk on
+        stray = _STRAY_M if lifts or closing else np.inf if slowing else _BESIDE_M
         window = _CLOSE_S if closing else DEFAULT_WINDOW_S
         played = launch(approach, 2, ahead, 1, window, carry=carry, ease=_EASE_S, stray=stray)
         qpos, contacts = played.qpos[2:], played.contacts[2:]

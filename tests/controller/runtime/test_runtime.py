@@ -92,6 +92,26 @@ def test_who_is_turned_in_the_middle_of_a_stride_steps_and_does_not_sink(cores):
     assert tried
 
 
+@pytest.mark.parametrize("first", [64, 80, 96, 112])
+def test_who_walks_on_after_one_turn_does_not_halt(cores, first):
+    """The walker halted (0 to 0.1 m/s ahead) and shifted by 3 to 10 cm to the side."""
+    stream = LocomotionStream(cores, "walk")
+    at = stream.change(turning(cores), first, 64)
+    assert at is not None
+    back = stream.change("walk", at + FRAMES, 64)
+    assert back is not None
+    part = slice(at, back + 40)
+    window = stream.window(0, part.stop)
+    step = np.diff(window.qpos[part, :2], axis=0)
+    heading = window.trend[part][1:]
+    ahead = step[:, 0] * np.cos(heading) + step[:, 1] * np.sin(heading)
+    aside = np.abs(step[:, 1] * np.cos(heading) - step[:, 0] * np.sin(heading))
+    assert abs(heading[-1] - heading[0]) > 0.4
+    assert ahead.min() * window.fps > 0.25
+    assert aside[aside > ahead].sum() < 0.02
+    assert slip(window.qpos, window.contacts, window.fps) < 0.05
+
+
 def test_changes_of_core_node_keep_feet_and_heading(cores):
     stream = LocomotionStream(cores, "walk", place=(1.0, 2.0, 0.5))
     frames = 0
