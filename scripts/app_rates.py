@@ -20,7 +20,8 @@ from simprep.app.app import App
 from simprep.app.session import Session, SessionSettings
 
 SCENES = ("empty", "duel automatic")
-RESOLUTIONS = {"every pixel": "", "half the resolution": "/?fixedDpr=0.5"}
+RESOLUTIONS = {"as the page opens": "", "every pixel": "/?fixedDpr=1"}
+"""Without a graphics card it opens with half the resolution."""
 
 
 DRAWN = """seconds => new Promise(told => {

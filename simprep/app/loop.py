@@ -13,7 +13,7 @@ LATE_S = 0.1
 """A simulation that is later than this does not try to catch up: it goes on from now, at the rate that is shown [s]."""
 
 
-NICE = 5
+NICE = 10
 """The simulation gives way to the page and to a browser that draws without a graphics card: what is slow is shown fluently."""
 
 

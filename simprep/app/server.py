@@ -14,6 +14,8 @@ try:
     import websockets.asyncio.server
     from websockets import Headers
     from websockets.http11 import Request, Response
+
+    from simprep.app.entry import entry
 except ImportError:
     raise MissingExtraError("the live page", "app") from None
 
@@ -84,7 +86,7 @@ def _guarded(hosts: tuple[str, ...], local: bool) -> Iterator[None]:
             )
             if wrong_host or wrong_origin:
                 return Response(http.HTTPStatus.FORBIDDEN, "Forbidden", Headers(), b"refused: another origin or host\n")
-            response = answer(connection, request)
+            response = entry(request) or answer(connection, request)
             if response is not None:
                 response.headers["Content-Security-Policy"] = POLICY
                 response.headers["X-Content-Type-Options"] = "nosniff"

@@ -64,7 +64,9 @@ class AppCommand(BaseCommand):
         try:
             # also with --json and --quiet: without it the page cannot be found
             print(f"simprep app: {app.address} (Ctrl-C ends it)", file=sys.stderr, flush=True)
-            output.say(f"no graphics card? {app.address}/?fixedDpr=0.5 is drawn with a quarter of the pixels")
+            output.say(
+                "drawn without a graphics card, it has half the resolution; /?fixedDpr=1 behind the address has all of it"
+            )
             app.serve(self.seconds)
         except KeyboardInterrupt:
             output.say("stopped")

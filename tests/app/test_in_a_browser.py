@@ -5,6 +5,7 @@ Pictures go to the folder `SIMPREP_SCREENSHOTS`. `SIMPREP_DUEL_S` is how long ea
 
 import contextlib
 import os
+import re
 import threading
 import time
 from pathlib import Path
@@ -28,6 +29,10 @@ VISER_SAYS = "Unable to preventDefault inside passive event listener invocation.
 """Chromium's word on a listener of viser's own page while a body is dragged, at times; the drag works. Nowhere else is it let pass."""
 LONGEST_S = 240.0
 """A page that is drawn without a graphics card takes its time."""
+RENDERER = """() => {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  return gl.getParameter(gl.getExtension("WEBGL_debug_renderer_info").UNMASKED_RENDERER_WEBGL);
+}"""
 FLOOR = (400, 380)  # some 2 m before the character, left of the controls
 """Pixel on the floor, left of the controls, from where the camera begins."""
 
@@ -53,6 +58,8 @@ class Tabs:
         tab.on("request", lambda request: self.requests.append(request.url))
         tab.goto(self.address)
         tab.get_by_role("button", name="single step").wait_for(timeout=60_000)
+        software = bool(re.search("SwiftShader|llvmpipe", tab.evaluate(RENDERER)))
+        assert tab.url == self.address + ("/?fixedDpr=0.5" if software else "/?live")
         return tab
 
     def until(self, tab, happened):

@@ -53,10 +53,12 @@ def drain(connection):
 
 
 def test_the_page_is_served_here_and_to_nobody_else(app):
-    status, headers, body = get(app)
-    assert status == 200
-    assert b"<html" in body[:500].lower()
-    assert "default-src 'self'" in headers["Content-Security-Policy"]
+    for path in ("/", "/?live", "/?fixedDpr=0.5"):
+        status, headers, body = get(app, path)
+        assert status == 200
+        assert b"<html" in body[:500].lower()
+        assert (len(body) > 100_000) == (path != "/")  # the bare address only sends on
+        assert "default-src 'self'" in headers["Content-Security-Policy"]
     assert get(app, "/%2e%2e/%2e%2e/pyproject.toml")[0] == 404
     assert get(app, Host="evil.example")[0] == 403
     assert get(app, Origin="http://evil.example")[0] == 403
