@@ -328,7 +328,7 @@ class Bout:
             there = other.qpos[min(begin + when, len(other.qpos) - 1)]
             off = self.astray[1 - player]
             there = there if off is None else off.poses(there[None], np.ones(1))[0]
-            aim = bent(strike, placement, when, there, examples.bodies[1 - player], settings.reach_m)
+            aim = bent(strike, placement, when, there, examples.bodies[1 - player], settings.reach_m, self.fps)
             placement = placed(aim=aim)
         before = found.qpos[0].copy()
         before[:2] = situation.position + turned(found.qpos[0, :2] - source[0, :2], placement.turn[0])

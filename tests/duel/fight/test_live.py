@@ -238,7 +238,7 @@ def test_a_bent_strike_meets_its_target_where_the_example_did(examples):
     plain = place(*told, len(root))
     # the recording placed where it was is no miss
     assert np.linalg.norm(plain.position - root[:, :2], axis=1).max() < 1e-9
-    aim = bent(strike, plain, strike.frame, opponent, body, 0.3)
+    aim = bent(strike, plain, strike.frame, opponent, body, 0.3, examples.fps)
     made = place(*told, len(root), aim)
     at = strike.frame
     hand = made.position[at] + turned(strike.way, float(made.turn[at]))
@@ -246,8 +246,13 @@ def test_a_bent_strike_meets_its_target_where_the_example_did(examples):
     share = min(1.0, aim.frames / max(min(aim.frames, len(root) - 1), 1))
     assert share == 1
     np.testing.assert_allclose(hand - target, turned(strike.offset, float(made.turn[at])), atol=1e-6)
-    short = bent(strike, plain, at, opponent, body, 0.05)
+    short = bent(strike, plain, at, opponent, body, 0.05, examples.fps)
     assert np.linalg.norm(short.position - plain.position[at]) == pytest.approx(0.05)
+    # an example that begins with its strike: the root does not leap, by up to 0.3 m in a frame as it did
+    for frame in (0, 1, 3):
+        soon = bent(strike, plain, frame, opponent + [5.0, *[0.0] * (len(opponent) - 1)], body, 0.3, examples.fps)
+        drift = place(*told, len(root), soon).position - plain.position
+        assert np.linalg.norm(np.diff(drift, axis=0), axis=1).max() * examples.fps <= 1.35 + 1e-9
 
 
 # ---- blows and falls -------------------------------------------------------------------------------------------------
