@@ -249,8 +249,9 @@ def test_a_bent_strike_meets_its_target_where_the_example_did(examples):
     short = bent(strike, plain, at, opponent, body, 0.05, examples.fps)
     assert np.linalg.norm(short.position - plain.position[at]) == pytest.approx(0.05)
     # an example that begins with its strike: the root does not leap, by up to 0.3 m in a frame as it did
+    opponent[0] += 5.0
     for frame in (0, 1, 3):
-        soon = bent(strike, plain, frame, opponent + [5.0, *[0.0] * (len(opponent) - 1)], body, 0.3, examples.fps)
+        soon = bent(strike, plain, frame, opponent, body, 0.3, examples.fps)
         drift = place(*told, len(root), soon).position - plain.position
         assert np.linalg.norm(np.diff(drift, axis=0), axis=1).max() * examples.fps <= 1.35 + 1e-9
 
