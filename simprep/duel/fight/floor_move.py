@@ -17,6 +17,8 @@ STANDING_WEIGHT, TRUNK_WEIGHT = 4.0, 1.0
 who leans has not moved."""
 PEAK = 1.875
 """Largest speed of a minimum-jerk step, as a multiple of its mean."""
+PEAK_ACCELERATION = 10 / np.sqrt(3)
+"""Its largest acceleration, as a multiple of its length over the square of its time."""
 
 
 @dataclass(frozen=True)
@@ -69,9 +71,17 @@ class FloorMove:
         turn = float(np.sign(self.turn)) * max(0.0, abs(self.turn) - dead_rad)
         return FloorMove(left * self.shift, turn, self.pivot)
 
-    def within(self, seconds: float, speed: float, spin: float) -> "FloorMove":
-        """As much of the move as a minimum-jerk step of so many seconds makes without exceeding speeds [m/s, rad/s]."""
-        farthest, most = speed * seconds / PEAK, spin * seconds / PEAK
+    def within(self, seconds: float, speed: float, spin: float, acceleration: float = np.inf) -> "FloorMove":
+        """As much of the move as a minimum-jerk step of so many seconds makes within limits.
+
+        Args:
+            seconds: that it takes [s].
+            speed: largest speed of the shift [m/s].
+            spin: largest angular velocity of the turn [rad/s].
+            acceleration: largest one of the shift [m/s^2].
+        """
+        farthest = min(speed * seconds / PEAK, acceleration * seconds**2 / PEAK_ACCELERATION)
+        most = spin * seconds / PEAK
         return FloorMove(
             self.shift * min(1.0, farthest / max(self.size_m, 1e-12)),
             float(np.clip(self.turn, -most, most)),

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from simprep.arrays import FloatArray
+from simprep.duel.fight.floor_move import PEAK_ACCELERATION
 from simprep.duel.model.action_features import FloorFrame
 from simprep.motion.curves import minimum_jerk
 from simprep.motion.rotations import multiply_quat, wrap_angle
@@ -55,6 +56,7 @@ def place(
     length: int,
     aim: Aim | None = None,
     longest: float = np.inf,
+    most: float = np.inf,
 ) -> Placement:
     """Place all F frames of an action: its first where the fighter is, its last half way to the original placement.
 
@@ -70,17 +72,21 @@ def place(
         length: number of frames of the action.
         aim: a wished position, to which it drifts instead.
         longest: longest drift to a wished position [m].
+        most: largest acceleration of any drift [m per frame^2]; it gets shorter.
     """
     here = facing - heading
     there = float(frame.toward - example_frame.toward)
     met = position + turned(root - root[0], here)
     share = minimum_jerk(np.arange(len(root)) / max(length - 1, 1))
     if aim is None:
-        back = frame.world_point(example_frame.point(root)) - met
-        placed = met + HALF_WAY * share[:, None] * back
+        back = HALF_WAY * (frame.world_point(example_frame.point(root)) - met)
+        farthest = most * (length - 1) ** 2 / PEAK_ACCELERATION if np.isfinite(most) else np.inf
+        back *= min(1.0, farthest / max(float(np.linalg.norm(back[length - 1])), 1e-9))
+        placed = met + share[:, None] * back
     else:
         last = min(max(aim.frames, 1), length - 1)
         way = (aim.position - met[last]) * (last / max(aim.frames, 1))
+        longest = min(longest, most * last**2 / PEAK_ACCELERATION if np.isfinite(most) else np.inf)
         way *= min(1.0, longest / max(float(np.linalg.norm(way)), 1e-9))
         placed = met + minimum_jerk(np.arange(len(root)) / max(last, 1))[:, None] * way
     correction = wrap_angle(there - here)

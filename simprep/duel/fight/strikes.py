@@ -11,7 +11,6 @@ import numpy as np
 from simprep.arrays import FloatArray, IntArray
 from simprep.character import Character
 from simprep.duel.fight.example_motions import ExampleMotions
-from simprep.duel.fight.floor_move import FloorMove
 from simprep.duel.fight.hits import ARMS, STRIKING, striking_aspect
 from simprep.duel.fight.placement import Aim, Placement
 from simprep.duel.labels.labels import ATTACKING_QUALIFIERS, Label
@@ -25,8 +24,6 @@ FARTHEST_M = 0.5
 
 BACK_M = 0.1
 """Who is too near for a strike goes back by no more than this for it [m]."""
-QUICKEST = 1.35
-"""Nobody drifts faster than people walk, so an example that begins with its strike is hardly bent [m/s]."""
 
 
 @dataclass(frozen=True)
@@ -91,13 +88,7 @@ def strike_of(examples: ExampleMotions, index: int) -> Strike | None:
 
 
 def bent(
-    strike: Strike,
-    placement: Placement,
-    frame: int,
-    opponent: FloatArray,
-    character: Character,
-    farthest: float,
-    fps: float,
+    strike: Strike, placement: Placement, frame: int, opponent: FloatArray, character: Character, farthest: float
 ) -> Aim:
     """Where the attacker's root should be when the strike arrives, for it to meet its target.
 
@@ -107,8 +98,7 @@ def bent(
         frame: of the action, at which the strike arrives.
         opponent: (nq,) where the opponent will be then.
         character: the opponent's body.
-        farthest: how far the root may be moved from where the placement has it [m]; less where time is short (`QUICKEST`).
-        fps: frame rate [1/s].
+        farthest: how far the root may be moved from where the placement has it [m].
     """
     turn = float(placement.turn[frame])
     target = forward_kinematics(opponent[None], character).xipos[0, strike.target, :2]
@@ -117,6 +107,5 @@ def bent(
     ahead = target - placement.position[frame]
     ahead = ahead / max(float(np.linalg.norm(ahead)), 1e-9)
     miss = miss + max(0.0, -BACK_M - float(miss @ ahead)) * ahead
-    drift = FloorMove(miss, 0.0, placement.position[frame]).within(frame / fps, QUICKEST, 0.0)
-    share = min(1.0, farthest / max(drift.size_m, 1e-9))
-    return Aim(placement.position[frame] + share * drift.shift, max(frame, 1))
+    size = float(np.linalg.norm(miss))
+    return Aim(placement.position[frame] + miss * min(1.0, farthest / max(size, 1e-9)), max(frame, 1))

@@ -49,6 +49,7 @@ class SynthesisSettings:
         longest_drift_m: farthest drift towards a wished position within an action [m].
         reach_m: how far an attacker is drawn at most to or from the opponent for a strike to meet its target [m]; 0: not.
         pace: how fast feet may go; None: as fast as recorded.
+        acceleration: largest one of the root by drifts, but for those that a user asks for [m/s^2].
     """
 
     stitch: StitchSettings = field(default_factory=StitchSettings)
@@ -56,6 +57,7 @@ class SynthesisSettings:
     longest_drift_m: float = 0.6
     reach_m: float = 0.0
     pace: PaceSettings | None = None
+    acceleration: float = np.inf
 
 
 class Bout:
@@ -320,7 +322,8 @@ class Bout:
             place, source[:, :2], heading, example_frame, situation.position, situation.heading, situation.frame, length,
             longest=settings.longest_drift_m,
         )  # fmt: skip
-        placement = placed(aim=aim)
+        most = settings.acceleration / self.fps**2
+        placement = placed(aim=aim, most=most if aim is None else np.inf)
         strike = self._strike_of(index) if settings.reach_m and aim is None else None
         if strike is not None:
             when = min(int(np.argmin(np.abs(times[:length] - strike.frame))), length - 1)
@@ -328,8 +331,8 @@ class Bout:
             there = other.qpos[min(begin + when, len(other.qpos) - 1)]
             off = self.astray[1 - player]
             there = there if off is None else off.poses(there[None], np.ones(1))[0]
-            aim = bent(strike, placement, when, there, examples.bodies[1 - player], settings.reach_m, self.fps)
-            placement = placed(aim=aim)
+            aim = bent(strike, placement, when, there, examples.bodies[1 - player], settings.reach_m)
+            placement = placed(aim=aim, most=most)
         before = found.qpos[0].copy()
         before[:2] = situation.position + turned(found.qpos[0, :2] - source[0, :2], placement.turn[0])
         before[3:7] = multiply_quat(about_vertical(placement.turn[:1])[0], before[3:7])
