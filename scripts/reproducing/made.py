@@ -71,15 +71,9 @@ EVERYTHING = (
     Made("duel", "duel", ("scripts/duel_study.py", "--seeds", "5", "-o", "{out}"), "study.json", 15),
     Made("fights", "fights", ("scripts/fight_study.py", "--bouts", "10", "--seconds", "60", "-o", "{out}"), "study.json", 15),
     Made(
-        "fight_physics", "fight_physics",
-        ("scripts/fight_physics_study.py", "--bouts", "10", "--seconds", "10", "-o", "{out}"), "fight_physics.json", 12,
-    ),
-    Made(
         "fight_feedback", "fight_feedback",
-        (
-            "scripts/fight_physics_study.py", "--bouts", "5", "--seconds", "60", "--first-seed", "100",
-            "--arms", "feedback", "feedback_optimised", "-o", "{out}",
-        ), "fight_physics.json", 40,
+        ("scripts/fight_physics_study.py", "--bouts", "10", "--seconds", "60", "--first-seed", "100", "-o", "{out}"),
+        "fight_physics.json", 120,
     ),
     Made(
         "fight_modes", "fight_modes",
