@@ -77,7 +77,8 @@ EVERYTHING = (
     ),
     Made(
         "fight_modes", "fight_modes",
-        ("scripts/fight_modes_study.py", "--bouts", "4", "--seconds", "30", "-o", "{out}"), "fight_modes.json", 20,
+        ("scripts/fight_modes_study.py", "--bouts", "4", "--seconds", "20", "--first-seed", "300", "-o", "{out}"),
+        "fight_modes.json", 15,
     ),
     Made("sbu", "sbu", ("scripts/sbu_study.py", "{data}/pairs/sbu_pairs.npz", "-o", "{out}/sbu.json"), "sbu.json", 2),
     Made("optimiser", "optimiser", ("scripts/optimiser_study.py", "-o", "{out}"), "optimiser.json", 5),
