@@ -65,7 +65,7 @@ class AppCommand(BaseCommand):
             # also with --json and --quiet: without it the page cannot be found
             print(f"simprep app: {app.address} (Ctrl-C ends it)", file=sys.stderr, flush=True)
             output.say(
-                "drawn without a graphics card, it has half the resolution; /?fixedDpr=1 behind the address has all of it"
+                "without a graphics card the page has half the resolution; /?fixedDpr=1 behind the address has all of it"
             )
             app.serve(self.seconds)
         except KeyboardInterrupt:

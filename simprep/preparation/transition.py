@@ -60,7 +60,8 @@ def launch(
         window: time over which the difference between the two dies away [s].
         settings: for the planted feet.
         carry: time over which the difference in the root's speed along the floor dies away [s]. What the root travels in it
-            is kept: the target goes on from there. The speed turns as the target does. 0: the root comes back to where the target fits the planted feet.
+            is kept: the target goes on from there. The speed turns as the target does. 0: the root comes back to where the
+            target fits the planted feet.
         stray: where the feet's places towards each other differ by more than this from the target's, the one behind is lifted at
             once, not when the target lifts it, and steps to where the target has it next; within 0.5 s where that never lifts it [m].
         ease: time within which the pelvis may begin to sink so that legs reach [s]; 0: as early as it needs to, also at once.
