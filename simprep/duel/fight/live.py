@@ -18,14 +18,13 @@ import numpy as np
 
 from simprep.arrays import FloatArray
 from simprep.duel.fight.balance import BalanceWatch
-from simprep.duel.fight.choice import Choice, Chooser, Situation
 from simprep.duel.fight.falls import BLOW_NS, Blow, Fall, blow_before, blows, collision_before
 from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.floor_move import FloorMove, GradualMove, move_between
 from simprep.duel.fight.hits import judge_actions
 from simprep.duel.fight.modes import FightInMode
 from simprep.duel.fight.pace import PaceSettings
-from simprep.duel.fight.passive import ReactingChooser, RecordedChooser
+from simprep.duel.fight.passive import ReactingChooser, RecordedChooser, StruckChooser
 from simprep.duel.fight.posture import posture_of_piece, punching_at
 from simprep.duel.fight.recovery import Recovery
 from simprep.duel.fight.synthesis import CONTEXT
@@ -94,20 +93,6 @@ class LiveResult:
     resting: DuelStream
     run: Run
     falls: tuple[Fall, ...]
-
-
-class StruckChooser:
-    """Chooses as another does; after a blow, once, among what reacts."""
-
-    def __init__(self, chooser: Chooser, reacting: ReactingChooser) -> None:
-        self.chooser, self._reacting, self.struck = chooser, reacting, ""
-
-    def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
-        """The next action (see `choice.Chooser`)."""
-        if not self.struck:
-            return self.chooser.choose(situation, rng)
-        note, self.struck = self.struck, ""
-        return replace(self._reacting.choose(situation, rng), note=note)
 
 
 class LiveFight:

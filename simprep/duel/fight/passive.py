@@ -1,14 +1,14 @@
-"""Passive mode: one fighter performs what was recorded, and the other only reacts, without attacks.
+"""Passive mode: one fighter performs what was recorded, and the other only reacts, without attacks; so does who is struck.
 
 Source: the 2008 paper, section 6: attacks and reactions are not learned from (`simprep.duel.model.held_out`).
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from simprep.duel.fight.choice import Choice, Situation
+from simprep.duel.fight.choice import Choice, Chooser, Situation
 from simprep.duel.fight.drawing import DrawingChooser, DrawSettings
 from simprep.duel.fight.masks import LabelMasks, narrowed
 from simprep.duel.model.transition_model import TransitionModel
@@ -61,3 +61,25 @@ class ReactingChooser:
         anything = np.ones(len(masks.codes), dtype=bool)
         allowed = narrowed(anything, ~masks.attacks, *((masks.neutral,) if self.neutral else ()))
         return Choice(self._drawing.draw(situation, rng, allowed))
+
+
+class StruckChooser:
+    """Chooses as another does; after a blow, once, among what reacts.
+
+    Args:
+        chooser: the other.
+        reacting: chooses after a blow.
+
+    Attributes:
+        struck: note of the next action (`FightAction.note`), which is then a reaction; empty: nobody was struck.
+    """
+
+    def __init__(self, chooser: Chooser, reacting: ReactingChooser) -> None:
+        self.chooser, self._reacting, self.struck = chooser, reacting, ""
+
+    def choose(self, situation: Situation, rng: np.random.Generator) -> Choice:
+        """The next action (see `choice.Chooser`)."""
+        if not self.struck:
+            return self.chooser.choose(situation, rng)
+        note, self.struck = self.struck, ""
+        return replace(self._reacting.choose(situation, rng), note=note)
