@@ -80,13 +80,13 @@ def place(
     share = minimum_jerk(np.arange(len(root)) / max(length - 1, 1))
     if aim is None:
         back = HALF_WAY * (frame.world_point(example_frame.point(root)) - met)
-        farthest = most * (length - 1) ** 2 / PEAK_ACCELERATION if np.isfinite(most) else np.inf
+        farthest = most * max(length - 1, 1) ** 2 / PEAK_ACCELERATION
         back *= min(1.0, farthest / max(float(np.linalg.norm(back[length - 1])), 1e-9))
         placed = met + share[:, None] * back
     else:
         last = min(max(aim.frames, 1), length - 1)
         way = (aim.position - met[last]) * (last / max(aim.frames, 1))
-        longest = min(longest, most * last**2 / PEAK_ACCELERATION if np.isfinite(most) else np.inf)
+        longest = min(longest, most * max(last, 1) ** 2 / PEAK_ACCELERATION)
         way *= min(1.0, longest / max(float(np.linalg.norm(way)), 1e-9))
         placed = met + minimum_jerk(np.arange(len(root)) / max(last, 1))[:, None] * way
     correction = wrap_angle(there - here)
