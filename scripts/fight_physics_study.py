@@ -29,6 +29,7 @@ from measuring.save import save_study
 from simprep.duel.fight.default_model import fight_model
 from simprep.duel.fight.example_motions import ExampleMotions
 from simprep.duel.fight.falls import KNOCK_DOWN_NS, KNOCK_DOWN_S, blows
+from simprep.duel.fight.hits import STRIKING, JudgedContact
 from simprep.duel.fight.live import LiveFight, LiveSettings
 from simprep.duel.fight.modes import begin_fight
 from simprep.duel.model.fight_model import FightModel, stream_digest
@@ -47,7 +48,7 @@ from simprep.physics.yardstick import Yardstick
 from simprep.report.results import provenance, save_json
 from simprep.scene import SceneSettings
 
-SCHEMA = "simprep.fight_physics_study/5"
+SCHEMA = "simprep.fight_physics_study/6"
 ARMS = ("planned", "planned_optimised", "feedback", "feedback_optimised", "feedback_through")
 SHOWN = {
     "end_s": "simulated s",
@@ -90,6 +91,12 @@ SHOWN = {
     "yardsticks": "yardsticks per second",
 }
 """What the table shows, and how it is called. All are of the simulation, unless they say otherwise."""
+
+
+STRIKES = {"speed_m_s": "speed m/s", "peak_force_n": "peak force N", "impulse_ns": "impulse N s"}
+"""Of a strike: closing speed at its first touch, largest force of its contacts, impulse of all of them."""
+HARD_N, DEEP_M = 11_000.0, 0.015
+"""Contacts beyond one of these are kept one by one; all others are in OUT/cases only."""
 
 
 def held_out(model: FightModel) -> Distributions:
@@ -213,6 +220,31 @@ def case(
     return content
 
 
+def strikes(cases: list[dict[str, Any]]) -> dict[str, Any]:
+    """Percentiles 5, 50, 95 of what strikes transfer that landed or were blocked, punches and kicks apart."""
+    found: dict[str, list[tuple[float, float, float]]] = {"punch": [], "kick": []}
+    for one in cases:
+        contacts = [JudgedContact(**contact) for contact in one["contacts"]]
+        for blow in blows(contacts):
+            own = [c for c in contacts if c.intended and (c.attack, c.struck) == (blow.attack, blow.player)]
+            first = min(own, key=lambda c: c.start_s)
+            part = first.parts[first.bodies.index(first.attacker)].partition("_")[2]
+            peak = max(c.peak_force_n for c in own)
+            found[STRIKING[part]].append((first.closing_speed, peak, blow.impulse_ns))
+    out: dict[str, Any] = {}
+    for kind, values in found.items():
+        out[kind] = {"n": len(values)}
+        if values:
+            out[kind] |= dict(zip(STRIKES, np.percentile(values, (5, 50, 95), axis=0).T.tolist(), strict=True))
+    return out
+
+
+def kept(case: dict[str, Any]) -> dict[str, Any]:
+    """A case without its contacts but the hardest and deepest."""
+    extreme = [one for one in case["contacts"] if one["peak_force_n"] > HARD_N or one["depth"] > DEEP_M]
+    return {**case, "contacts": len(case["contacts"]), "extreme_contacts": extreme}
+
+
 def summarise(cases: list[dict[str, Any]]) -> dict[str, Any]:
     """Medians and quartiles over bouts, and what is pooled over all of them."""
     minutes = sum(c["end_s"] for c in cases) / 60
@@ -251,7 +283,9 @@ def differences(done: dict[str, list[dict[str, Any]]], first: str, second: str) 
     return out
 
 
-def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float, facing: dict[str, float]) -> str:
+def markdown(
+    summaries: dict[str, Any], pairs: dict[str, Any], seconds: float, facing: dict[str, float], struck: dict[str, Any]
+) -> str:
     """The tables."""
     first = next(iter(summaries.values()))
     lines = [
@@ -287,6 +321,12 @@ def markdown(summaries: dict[str, Any], pairs: dict[str, Any], seconds: float, f
             v = found[key]
             if v["low"] is not None:
                 row(name, [f"{v['median']:.3g} ({v['low']:.3g} to {v['high']:.3g}), n {v['n']}"])
+    for arm, of_arm in struck.items():
+        lines += ["", f"{arm}: strikes that landed or were blocked, percentiles 5, 50, 95.", ""]
+        heads = [f"{kind}, n {v['n']}" for kind, v in of_arm.items()]
+        lines += [f"| | {' | '.join(heads)} |", "| --- | --- | --- |"]
+        for key, name in STRIKES.items():
+            row(name, [", ".join(f"{x:.3g}" for x in v.get(key, ())) or "-" for v in of_arm.values()])
     lines += [
         "",
         f"The held-out examples themselves: facing of the pelvis {facing['pelvis']:.1f} deg, of the head"
@@ -347,12 +387,17 @@ def main() -> int:
         ("planned", "planned_optimised"), ("feedback_through", "feedback"),
     )  # fmt: skip
     pairs = {f"{b} minus {a}": differences(done, a, b) for a, b in compared if a in done and b in done}
+    struck = {arm: strikes(cases) for arm, cases in done.items()}
+    with_feedback = [one for arm, cases in done.items() if arm in ARMS[2:4] for one in cases]
+    if with_feedback:
+        struck["both arms with feedback"] = strikes(with_feedback)
     content = {
         "schema": SCHEMA, **provenance(sys.argv), "bouts": options.bouts, "seconds": options.seconds,
         "preset": options.preset, "live": asdict(LiveSettings()), "mpc": asdict(MPC_PRESETS[options.preset]),
-        "held_out_facing_deg": facing, "summary": summaries, "paired": pairs, "cases": [one for cases in done.values() for one in cases],
+        "held_out_facing_deg": facing, "summary": summaries, "paired": pairs, "strikes": struck,
+        "cases": [kept(one) for cases in done.values() for one in cases],
     }  # fmt: skip
-    text = markdown(summaries, pairs, options.seconds, facing)
+    text = markdown(summaries, pairs, options.seconds, facing, struck)
     print(text)
     save_study(options.out, "fight_physics", content, text)
     return 0
