@@ -13,7 +13,7 @@ import sys
 import mujoco
 import numpy as np
 
-from simprep.scene import BONY_S, CONTACT_S, DAMPING_RATIO, DEFAULT_TIMESTEP_S
+from simprep.scene import BONY_S, CONTACT_S, DAMPING_RATIO, DEFAULT_TIMESTEP_S, GLOVE_S
 
 MASSES_KG, SPEED, PHASES = (2.8, 5.8), 5.0, 25
 SOLIMP = "0.95 0.99 0.001"
@@ -54,6 +54,9 @@ def main() -> int:
         "hand, forearm or foot on trunk, thigh or upper arm": (0.5 * (hand + CONTACT_S), DAMPING_RATIO),
         "head or shank on these": (0.5 * (head + CONTACT_S), DAMPING_RATIO),
         "these on their like": (CONTACT_S, DAMPING_RATIO),
+        "gloved hand on a forearm": (0.5 * (GLOVE_S + hand), DAMPING_RATIO),
+        "gloved hand on head or shank": (0.5 * (GLOVE_S + head), DAMPING_RATIO),
+        "gloved hand on trunk, thigh or upper arm": (0.5 * (GLOVE_S + CONTACT_S), DAMPING_RATIO),
     }
     print(
         "| contact | time constant ms, damping ratio | depth per m/s: mean, worst mm | peak force per m/s and kg N | lasts ms | returns |"

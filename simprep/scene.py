@@ -1,6 +1,5 @@
 """Scenes: a floor, any number of bodies, obstacles and pads."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import mujoco
@@ -22,6 +21,8 @@ CONTACT_S, DAMPING_RATIO = 0.01, 0.5
 BONY_S = {"hand": 0.0066, "forearm": 0.0066, "foot": 0.0066, "shank": 0.008, "head": 0.008}
 """Time constant of parts with less flesh, by role without side [s]. Two parts have the mean of theirs. Why these:
 docs/fight_physics.md, Contacts."""
+GLOVE_S = 0.017
+"""Time constant of a hand in a boxing glove, its padding included [s]."""
 _BODY_BITS = 9  # the collision bits between floor and objects
 BODY_LIMIT = 2**_BODY_BITS - 1
 """Most bodies in a scene: each has its own nonzero code in the collision bits that bodies share."""
@@ -66,6 +67,7 @@ class SceneSettings:
         friction: sliding friction coefficient of the floor. Below 1 it holds for whatever touches the floor; above, the
             larger of both does, as is MuJoCo's rule.
         bodies_meet: bodies collide with each other; otherwise they pass through each other, to compare with.
+        gloves: hands of several bodies wear boxing gloves: the same size, but softer against other bodies.
     """
 
     bodies: tuple[Character, ...] = (humanoid(),)
@@ -73,6 +75,7 @@ class SceneSettings:
     timestep: float = DEFAULT_TIMESTEP_S
     friction: float = DEFAULT_FRICTION
     bodies_meet: bool = True
+    gloves: bool = False
 
 
 def body_prefix(number: int, count: int) -> str:
@@ -136,7 +139,7 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
         )
     if not 0 < settings.timestep <= 0.02:
         raise SettingError(f"timestep {settings.timestep} s; valid: above 0, at most 0.02")
-    spec = settings.bodies[0].build() if count == 1 else _bodies_spec(settings.bodies, settings.bodies_meet)
+    spec = settings.bodies[0].build() if count == 1 else _bodies_spec(settings)
     spec.option.timestep = settings.timestep
     spec.add_texture(
         name="floor", type=mujoco.mjtTexture.mjTEXTURE_2D, builtin=mujoco.mjtBuiltin.mjBUILTIN_CHECKER,
@@ -162,9 +165,11 @@ def scene_spec(settings: SceneSettings | None = None) -> mujoco.MjSpec:
     return spec
 
 
-def _bodies_spec(bodies: Sequence[Character], meet: bool) -> mujoco.MjSpec:
+def _bodies_spec(settings: SceneSettings) -> mujoco.MjSpec:
     """Several bodies in one world, each with its prefix and collision bits."""
+    bodies = settings.bodies
     first = bodies[0].build()
+    softness = {**BONY_S, **({"hand": GLOVE_S} if settings.gloves else {})}
     spec = mujoco.MjSpec()
     spec.option = first.option
     # the sparse Jacobian that MuJoCo 4.0.0 chooses for so many velocities makes its Newton solver diverge in some steps
@@ -184,9 +189,9 @@ def _bodies_spec(bodies: Sequence[Character], meet: bool) -> mujoco.MjSpec:
         kinds = {name: role.removeprefix("left_").removeprefix("right_") for role, name in character.roles.items()}
         for geom in own.geoms:
             if geom.contype:
-                geom.contype, geom.conaffinity = collision_bits(number, len(bodies), meet)
+                geom.contype, geom.conaffinity = collision_bits(number, len(bodies), settings.bodies_meet)
                 # without weight in the mixture with floor and obstacles, which stay as hard as they are
-                geom.solref[:] = BONY_S.get(kinds.get(geom.parent.name, ""), CONTACT_S), DAMPING_RATIO
+                geom.solref[:] = softness.get(kinds.get(geom.parent.name, ""), CONTACT_S), DAMPING_RATIO
                 geom.solmix = 0.0
         spec.attach(own, prefix=body_prefix(number, len(bodies)), frame=spec.worldbody.add_frame())
     return spec

@@ -9,6 +9,7 @@ from simprep.humanoid_model import humanoid
 from simprep.scene import (
     BODY_LIMIT,
     FLOOR_BIT,
+    GLOVE_S,
     OBJECT_BIT,
     Obstacle,
     SceneSettings,
@@ -104,10 +105,13 @@ def test_the_floor_is_as_slippery_as_was_asked_for(friction: float) -> None:
     np.testing.assert_allclose(data.contact.solref[floor, 0], 0.01)  # as hard as before
 
 
-def test_bodies_are_as_hard_to_each_other_as_their_parts_and_floor_and_obstacles_as_they_were() -> None:
+@pytest.mark.parametrize(("gloves", "hand"), [(False, 0.0066), (True, GLOVE_S)])
+def test_bodies_are_as_hard_to_each_other_as_their_parts_and_floor_and_obstacles_as_they_were(
+    gloves: bool, hand: float
+) -> None:
     """Two bodies in one place, in the floor and in a box: everything touches everything."""
     box = Obstacle("box", (0.0, 0.0, 0.9), (0.3, 0.3, 0.3))
-    model = build_scene(SceneSettings((humanoid(), humanoid()), (box,)))
+    model = build_scene(SceneSettings((humanoid(), humanoid()), (box,), gloves=gloves))
     data = mujoco.MjData(model)
     for number in range(2):
         own = data.qpos[number * humanoid().nq :][: humanoid().nq]
@@ -122,12 +126,12 @@ def test_bodies_are_as_hard_to_each_other_as_their_parts_and_floor_and_obstacles
             seen.add("fixed")
         elif {name[0] for name in names} == {"a", "b"}:
             parts = [name[2:].removeprefix("left_").removeprefix("right_") for name in names]
-            wanted = {"head": 0.008, "shank": 0.008, "hand": 0.0066, "forearm": 0.0066, "heel": 0.0066}
+            wanted = {"head": 0.008, "shank": 0.008, "hand": hand, "forearm": 0.0066, "heel": 0.0066}
             if any("ball" in part or part == "toe" for part in parts):
                 continue
             np.testing.assert_allclose(contact.solref, [np.mean([wanted.get(part, 0.01) for part in parts]), 0.5])
-            seen.add("bodies")
-    assert seen == {"fixed", "bodies"}
+            seen |= {"bodies", *({"hand"} & set(parts))}
+    assert seen == {"fixed", "bodies", "hand"}
 
 
 @pytest.mark.parametrize("meet", [True, False])

@@ -56,6 +56,9 @@ class FightCommand(BaseCommand):
     no_optimise: Annotated[bool, tyro.conf.arg(aliases=("--no-posture-optimization",))] = False
     """Simulate the fight as synthesised, without optimising both fighters' postures before."""
 
+    gloves: bool = False
+    """The fighters wear boxing gloves: hands are softer against the other's body."""
+
     no_pictures: bool = False
     """Draw no film strip and no time line, and write no report page."""
 
@@ -85,12 +88,15 @@ class FightCommand(BaseCommand):
             recorded_facing,
         )
         from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.settings import SimulationSettings
+        from simprep.physics.tracker import Tracker
         from simprep.physics.yardstick import Yardstick
         from simprep.report.fight.files import save_fight
         from simprep.report.fight.page import fight_page
         from simprep.report.fight.pictures import draw_fight
         from simprep.report.page import write_report
         from simprep.report.results import provenance, save_json
+        from simprep.scene import SceneSettings
 
         with output.progress() as bar:
             task = bar.add_task("model", total=1.0)
@@ -120,9 +126,12 @@ class FightCommand(BaseCommand):
                     progress,
                     len(fight.stream) / wall_s,
                     MPC_PRESETS[self.preset],
+                    self.gloves,
                 )
             else:
-                live = LiveFight(made, self.seed, preset=self.preset, optimise=not self.no_optimise)
+                settings = SimulationSettings(SceneSettings(gloves=self.gloves))
+                tracker = Tracker(made.bout.examples.bodies, self.preset, self.seed, settings=settings)
+                live = LiveFight(made, self.seed, tracker, optimise=not self.no_optimise)
                 live.run(self.seconds, progress)
                 bar.update(task, description="metrics", completed=0.0)
                 results = evaluate_live(live, recorded_distributions(model))
@@ -139,7 +148,10 @@ class FightCommand(BaseCommand):
             files += write_report(folder, lambda: fight_page(results, files, how, output.warnings), output.warn)
         files.append(folder / "metrics.json")
         whole = {**provenance(output_module.arguments), **fight_content(results)}
-        save_json(files[-1], {**whole, "warnings": output.warnings, "files": [path.name for path in files]})
+        save_json(
+            files[-1],
+            {**whole, "gloves": self.gloves, "warnings": output.warnings, "files": [path.name for path in files]},
+        )
         output.say(
             f"{self.mode}, {fight.stream.duration:.1f} s, {len(fight.actions)} actions; model of {model.stream.name}"
         )
@@ -165,6 +177,8 @@ class FightCommand(BaseCommand):
             raise SettingError(f"--seconds {self.seconds:g}; valid: 0.1 to {LONGEST_S:g}")
         if self.seed < 0:
             raise SettingError(f"--seed {self.seed}; valid: 0 or more")
+        if self.gloves and self.no_physics:
+            raise SettingError("--gloves with --no-physics; valid: with a simulation, in which hands touch")
         if self.yardstick and self.no_physics:
             raise SettingError("--yardstick with --no-physics; valid: with a simulation, whose time it measures")
         if self.mode != "interactive" and self.requests is not None:

@@ -158,6 +158,7 @@ def test_passive_mode_with_pictures(model, tmp_path, capsys):
         (("--seconds", "0"), "--seconds 0; valid: 0.1 to 3600"),
         (("--seed", "-1"), "--seed -1; valid: 0 or more"),
         (("--model", "nowhere"), "no such file"),
+        (("--gloves", "--no-physics"), "--gloves with --no-physics; valid: with a simulation"),
         (("--mode", "interactive"), "needs --requests CSV"),
         (("--requests", "wishes.csv"), "valid: with --mode interactive"),
         (("--mode", "interactive", "--requests", "nowhere.csv"), "nowhere.csv: no such file"),

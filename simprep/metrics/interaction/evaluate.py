@@ -20,6 +20,7 @@ from simprep.physics.mpc import MpcSettings
 from simprep.physics.run import Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import simulate
+from simprep.scene import SceneSettings
 
 SCHEMA = "simprep.fight/1"
 STRIDE = 10
@@ -132,6 +133,7 @@ def evaluate_fight(
     progress: Callable[[float], None] | None = None,
     fps_kinematic: float | None = None,
     mpc: MpcSettings | None = None,
+    gloves: bool = False,
 ) -> FightResults:
     """Measure a fight and simulate it.
 
@@ -144,13 +146,14 @@ def evaluate_fight(
         progress: called with the share of the simulation that is done.
         fps_kinematic: how fast it was made, for the record.
         mpc: configuration of the controller; None: the default.
+        gloves: the fighters wear boxing gloves (`SceneSettings.gloves`).
     """
     kinematic = interaction_metrics(fight.stream, fight.table, fight.codes, recorded)
     made = FightResults(fight, kinematic, fps_kinematic)
     if not physics:
         return made
     tracked, posture = optimise_fight_posture(fight) if optimise else (fight, None)
-    settings = SimulationSettings(mpc=mpc or MpcSettings())
+    settings = SimulationSettings(SceneSettings(gloves=gloves), mpc=mpc or MpcSettings())
     run = simulate(tracked.stream.players, "mpc", seed, settings, progress)
     contacts = judge(run.contacts, tracked)
     simulated = run_metrics(run, tracked, recorded)
