@@ -85,14 +85,17 @@ def body_prefix(number: int, count: int) -> str:
         number: which body, from 0.
         count: bodies in the scene.
     """
-    if count == 1:
-        return ""
+    return "" if count == 1 else f"{body_letters(number)}_"
+
+
+def body_letters(number: int) -> str:
+    """Letters that stand for a body, or a person, of several: `a`, `b` ... `z`, `aa`, `ab` ..., counted from 0."""
     letters = ""
     while number >= 0:
         number, letter = divmod(number, 26)
         letters = chr(ord("a") + letter) + letters
         number -= 1
-    return letters + "_"
+    return letters
 
 
 def collision_bits(number: int, count: int, meet: bool = True) -> tuple[int, int]:

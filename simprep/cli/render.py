@@ -27,7 +27,7 @@ class Render(BaseCommand):
     """
 
     file: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="FILE", help_behavior_hint="")]
-    """A run (run.npz), a motion or a two-person stream; the folder of a result; any motion file (docs/formats.md); or the name
+    """A run (run.npz), a motion or a stream of people; the folder of a result; any motion file (docs/formats.md); or the name
     of a motion of the library."""
 
     out: Annotated[Path, tyro.conf.arg(aliases=("-o",), metavar="FILE")]

@@ -1,4 +1,4 @@
-"""What `simprep view` and `simprep render` show: a run, two people, or a motion, from whatever a person names."""
+"""What `simprep view` and `simprep render` show: a run, a stream of people, or a motion, from whatever a person names."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Shown:
         name: for titles and files.
         motion: a motion, not simulated.
         run: a simulation of one body or several.
-        stream: two people, not simulated.
+        stream: of people, not simulated.
     """
 
     name: str
@@ -41,13 +41,13 @@ class Shown:
         return "run" if self.run is not None else "stream" if self.stream is not None else "motion"
 
     def motions(self) -> tuple[Motion, tuple[Motion, ...]]:
-        """What is drawn opaque, and what beside it: the references of a run, the other person."""
+        """What is drawn opaque, and what beside it: the references of a run, the other people."""
         if self.run is not None:
             first, *rest = (self.run.body(number) for number in range(len(self.run.bodies)))
             others = [first.reference] if not rest else [each.simulated_motion() for each in rest]
             return first.simulated_motion(), tuple(others)
         if self.stream is not None:
-            return self.stream.players[0], (self.stream.players[1],)
+            return self.stream.players[0], self.stream.players[1:]
         assert self.motion is not None
         return self.motion, ()
 
@@ -56,7 +56,7 @@ def read_shown(text: str, warn: Callable[[str], None], library: Path | None = No
     """Read what a person names.
 
     Args:
-        text: a run, a two-person stream or a motion that simprep wrote; the folder of a result; any motion file
+        text: a run, a stream of people or a motion that simprep wrote; the folder of a result; any motion file
             (docs/formats.md); or the name of a motion of the library.
         warn: receives what an import decided, a line each.
         library: folder of the user's clips.
@@ -82,7 +82,7 @@ def read_shown(text: str, warn: Callable[[str], None], library: Path | None = No
 
         return Shown(name, stream=read_stream(path))
     if schema and not schema.startswith("simprep.motion/"):
-        raise MotionFileError(path, f"a file of {schema}; valid: a run, a motion or a two-person stream")
+        raise MotionFileError(path, f"a file of {schema}; valid: a run, a motion or a stream of people")
     from simprep.cli.resolve import resolve_motion
 
     shown = str(path) if path != Path(text) else text

@@ -26,7 +26,7 @@ class View(BaseCommand):
     """
 
     file: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="FILE", help_behavior_hint="")]
-    """A run (run.npz), a motion or a two-person stream; the folder or the metrics.json of a result; any motion file
+    """A run (run.npz), a motion or a stream of people; the folder or the metrics.json of a result; any motion file
     (docs/formats.md); or the name of a motion of the library."""
 
     out: Annotated[Path | None, tyro.conf.arg(aliases=("-o",), metavar="HTML", help_behavior_hint="")] = None

@@ -119,7 +119,7 @@ REFUSED = {
         "import IN/points_a.npz IN/points_b.npz", "points_b.npz: 100 frames where points_a.npz has 150",
     ),
     "one person": ("import IN/a.npz", "a.npz: a motion of one person; give the other one's file too"),
-    "one person, positions": ("import IN/one.npz", "one.npz: holds 1 person; a stream needs 2"),
+    "one person, positions": ("import IN/one.npz", "one.npz: holds 1 person; an import takes 2"),
     "one person to join": ("join IN/stream.npz IN/a.npz", "a.npz: schema 'simprep.motion/1': one person"),
     "one person to analyse": ("analyze IN/a.npz", "a.npz: schema 'simprep.motion/1': one person"),
     "gap in poses": ("import IN/nan.npz IN/b.npz", "nan.npz: a: frame 40 of 630 holds NaN"),
@@ -202,7 +202,7 @@ def test_people_who_exchange_names_halfway_are_warned_of_once(files, tmp_path, m
     monkeypatch.chdir(tmp_path)
     code, _, err = run(capsys, files, command)
     assert code == 0
-    assert err.count("the two people seem to exchange names at frame") == 1
+    assert err.count("A and B seem to exchange names at frame") == 1
     assert "(10.5" in err
 
 

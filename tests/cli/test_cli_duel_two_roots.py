@@ -50,7 +50,7 @@ def test_two_roots_are_two_people(tmp_path, monkeypatch, capsys, prefixes):
     ("command", "prefixes", "said"),
     [
         (("duel", "import"), ("",), "holds one person; give the other one's file too, or one file with both people"),
-        (("duel", "import"), ("", "B_", "C_"), "holds 3 people, one for each ROOT; a stream needs 2"),
+        (("duel", "import"), ("", "B_", "C_"), "holds 3 people, one for each ROOT; an import takes 2"),
         (("import",), ("", "B_"), "a second ROOT; valid: one skeleton in a file (`simprep duel import` takes two"),
     ],
 )

@@ -50,14 +50,16 @@ def test_a_page_that_is_there_is_opened_and_not_made_again(tmp_path, capsys, mon
     assert opened == [(tmp_path / "report.html").resolve().as_uri()]
 
 
-def test_a_motion_of_the_library_and_two_people_are_shown(tmp_path, capsys):
+def test_a_motion_of_the_library_and_several_people_are_shown(tmp_path, capsys):
     told = view(capsys, "punch_right", "-o", tmp_path / "punch.html")
     assert told["kind"] == "motion"
     stand = library_motion("stand")[:10]
-    path = save_stream(DuelStream((stand, move(stand, (1.0, 0.0), np.pi))), tmp_path / "pair.npz")
-    told = view(capsys, path, "-o", tmp_path / "pair.html")
-    assert told["kind"] == "stream"
-    assert "2 people" in (tmp_path / "pair.html").read_text(encoding="utf-8")
+    people = (stand, move(stand, (1.0, 0.0), np.pi), move(stand, (0.0, 1.0), 0.0))
+    for count in (2, 3):
+        path = save_stream(DuelStream(people[:count]), tmp_path / "people.npz")
+        told = view(capsys, path, "-o", tmp_path / "people.html")
+        assert told["kind"] == "stream"
+        assert f"{count} people" in (tmp_path / "people.html").read_text(encoding="utf-8")
 
 
 def test_what_cannot_be_shown_is_refused(tmp_path, capsys):

@@ -1,4 +1,6 @@
-"""Small two-person streams with known actions, made by moving single hinges of the standing pose."""
+"""Small streams: of two with known actions, made by moving single hinges of the standing pose; of three who box."""
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -6,6 +8,8 @@ from simprep.duel.labels.labels import LEARNED_ASPECTS, QUALIFIERS
 from simprep.duel.labels.segmentation import Cuts
 from simprep.duel.stream.stream import DuelStream
 from simprep.humanoid_model import humanoid
+from simprep.library.registry import library_motion
+from simprep.motion.edit import cut, move
 from simprep.motion.motion import Motion
 
 FPS = 30.0
@@ -66,3 +70,12 @@ def bout(rng, count=40):
         motions.append(Motion(qpos, FPS, motion.contacts, name=motion.name))
     stream = DuelStream((motions[0], motions[1]))
     return stream, Cuts((kept[0][1:], kept[1][1:]), stream.bounds), labels
+
+
+def three_boxers(frames=40, third=(0.45, 0.75)):
+    """Two who jab at each other from 0.9 m, and a third who jabs beside them; places in metres from A."""
+    jab = cut(library_motion("jab_left_head"), 40, 40 + frames)
+    b, c = move(jab, (0.9, 0.02), np.pi), move(jab, third, -1.9)
+    return DuelStream(
+        tuple(replace(motion, name=name) for motion, name in zip((jab, b, c), ("left", "right", "third"))), name="three"
+    )

@@ -66,7 +66,7 @@ class DuelAnalyse(BaseCommand):
         from simprep.duel.labels.labels import ASPECTS, decode
         from simprep.duel.model.evaluation import EvaluationSettings
         from simprep.duel.model.fight_model import save_fight_model
-        from simprep.duel.stream.store import SCHEMA, read_stream
+        from simprep.duel.stream.store import KIND, SCHEMA, read_stream
         from simprep.duel.stream.stream import check_stream
         from simprep.duel.synthetic.truth import read_truth, truth_path
         from simprep.errors import MissingExtraError, MotionError, MotionFileError, SettingError
@@ -88,7 +88,7 @@ class DuelAnalyse(BaseCommand):
             not self.no_proposed,
             EvaluationSettings(splits=self.splits, components=tuple(range(1, self.components + 1))),
         )
-        source = find_archive(self.stream, "two-person stream", SCHEMA)  # the truth is beside the file
+        source = find_archive(self.stream, KIND, SCHEMA)  # the truth is beside the file
         stream = read_stream(source)
         for warning in check_stream(stream).warnings:
             output.warn(warning)

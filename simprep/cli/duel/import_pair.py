@@ -54,7 +54,7 @@ class DuelImport(BaseCommand):
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.archive import find_archive
         from simprep.duel.stream.import_pair import import_pair
-        from simprep.duel.stream.store import SCHEMA, read_stream, save_stream
+        from simprep.duel.stream.store import KIND, SCHEMA, read_stream, save_stream
         from simprep.duel.stream.stream import PLAYERS
         from simprep.errors import MotionFileError, SettingError
         from simprep.motion.store import SCHEMA as MOTION_SCHEMA
@@ -64,14 +64,14 @@ class DuelImport(BaseCommand):
         second = self.files[1] if len(self.files) == 2 else None
         bodies, fps = None, self.fps
         if self.like is not None:
-            a, b = read_stream(self.like).players
+            a, b = read_stream(self.like).pair
             bodies, fps = (a.character, b.character), a.fps if fps is None else fps
         pair = import_pair(
             self.files[0], second, fps, self.up, self.scale, self.joint_map, bodies=bodies, offset=self.offset,
             file_fps=self.file_fps, body_model=self.body_model,
         )  # fmt: skip
         target = self.out or Path(f"{pair.stream.name}.npz")
-        kind = ("simprep motion", MOTION_SCHEMA) if second else ("two-person stream", SCHEMA)
+        kind = ("simprep motion", MOTION_SCHEMA) if second else (KIND, SCHEMA)
         if target.resolve() in [find_archive(file, *kind).resolve() for file in self.files]:
             raise MotionFileError(target, "is a file to import; give another with -o")
         written = save_stream(pair.stream, target)

@@ -1,4 +1,4 @@
-"""`simprep duel join`: several clips of the same two people into one stream."""
+"""`simprep duel join`: several clips of the same people into one stream."""
 
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from simprep.cli.output import BaseCommand, Json, Output, Quiet
 
 @dataclass(frozen=True)
 class DuelJoin(BaseCommand):
-    """Join several clips of the same two people into one stream that remembers its seams.
+    """Join several clips of the same people into one stream that remembers its seams.
 
     Example: simprep duel join round1.npz round2.npz -o fight.npz
     """
@@ -31,13 +31,13 @@ class DuelJoin(BaseCommand):
         from dataclasses import replace
 
         from simprep.archive import find_archive
-        from simprep.duel.stream.store import SCHEMA, read_stream, save_stream
+        from simprep.duel.stream.store import KIND, SCHEMA, read_stream, save_stream
         from simprep.duel.stream.stream import check_stream, concatenate_streams
         from simprep.errors import MotionFileError, SettingError
 
         if not self.streams:
             raise SettingError("no streams to join; valid: one or more files that `simprep duel import` wrote")
-        files = [find_archive(path, "two-person stream", SCHEMA) for path in self.streams]
+        files = [find_archive(path, KIND, SCHEMA) for path in self.streams]
         if self.out.resolve() in [path.resolve() for path in files]:
             raise MotionFileError(self.out, "is a stream to join; give another with -o")
         # errors then name files; the result has a name of its own

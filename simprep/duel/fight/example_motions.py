@@ -88,7 +88,7 @@ class ExampleMotions:
         """Examples of the stream that a model was learned from.
 
         Raises:
-            MotionError: a stream of another frame rate, or too short for the model's actions.
+            MotionError: a stream of another frame rate, of more than two people, or too short for the model's actions.
         """
         return _examples(stream, model.graph.actions, model.basis, model.fps)
 
@@ -209,7 +209,7 @@ def _examples(stream: DuelStream, actions: ActionList, basis: PoseBasis, fps: fl
     bounds = stream.bounds.astype(np.int64)
     poses, contacts, turning, both = [], [], [], []
     moments = np.zeros(len(actions), dtype=np.int64)
-    for player, motion in enumerate(stream.players):
+    for player, motion in enumerate(stream.pair):
         qpos = _smooth(motion.qpos, stream.fps, bounds)
         kinematics = forward_kinematics(qpos, motion.character)
         poses.append(qpos)
@@ -226,7 +226,7 @@ def _examples(stream: DuelStream, actions: ActionList, basis: PoseBasis, fps: fl
     com = tracks.com[actions.start]
     return ExampleMotions(
         fps=stream.fps,
-        bodies=(stream.players[0].character, stream.players[1].character),
+        bodies=(stream.pair[0].character, stream.pair[1].character),
         actions=actions,
         known=len(actions),
         bounds=bounds,

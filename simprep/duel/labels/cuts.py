@@ -42,11 +42,13 @@ def save_cuts(segmentation: Segmentation | Cuts, stream: DuelStream, path: str |
 
 
 def read_cuts(path: str | Path, stream: DuelStream) -> Cuts:
-    """Read cuts of a stream that a person may have edited, from the text file or a folder with one.
+    """Read cuts of a stream of two that a person may have edited, from the text file or a folder with one.
 
     Raises:
         MotionFileError: missing, or a line that is no cut of this stream; the message names the line.
+        MotionError: more than two people.
     """
+    stream.check_pair()
     path = find_file(path, "file of cuts", ".txt")
     try:
         lines = path.read_text(encoding="utf-8").splitlines()

@@ -3,7 +3,7 @@
 Source: the 2008 paper, section 3.2 (LIBSVM, which scikit-learn's `SVC` wraps).
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -163,7 +163,7 @@ def mirror_features(features: FloatArray, character: Character) -> FloatArray:
     return np.concatenate([root, joints.reshape(*poses.shape[:2], -1)], axis=-1).reshape(features.shape)
 
 
-def stream_features(cuts: Cuts, kinematics: tuple[Kinematics, Kinematics], samples: int = SAMPLES) -> FloatArray:
+def stream_features(cuts: Cuts, kinematics: Sequence[Kinematics], samples: int = SAMPLES) -> FloatArray:
     """Features (S, F) of all actions in the order of `Cuts.table`.
 
     Raises:
@@ -181,9 +181,10 @@ def label_codes(stream: DuelStream, cuts: Cuts, qualifiers: IntArray) -> IntArra
 
     `qualifiers` (S, 5) are indices of the learned aspects; the stream gives foot contacts.
     """
+    first, second = stream.pair
     table = cuts.table()
     react = react_rule(table, qualifiers)
-    move = move_rule(table, (stream.players[0].contacts, stream.players[1].contacts), cuts.bounds)
+    move = move_rule(table, (first.contacts, second.contacts), cuts.bounds)
     return encode(np.column_stack([qualifiers, react, move]))
 
 
@@ -250,10 +251,14 @@ def label_stream(
 
     These are rows (N,) of `cuts.table()` with qualifier indices (N, 5). `features` (S, F) are of all actions, where
     already computed.
+
+    Raises:
+        MotionError: more than two people.
     """
+    first, _ = stream.pair
     if features is None:
         features = stream_features(cuts, stream_kinematics(stream))
-    classifier = train_labels(features[rows], qualifiers, stream.players[0].character, settings)
+    classifier = train_labels(features[rows], qualifiers, first.character, settings)
     chosen, margins = classifier.predict(features)
     chosen[rows], margins[rows] = qualifiers, np.inf
     codes = label_codes(stream, cuts, chosen)

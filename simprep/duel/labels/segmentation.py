@@ -5,6 +5,7 @@ is a cut, so each action holds one force peak, at which the player pushes off. S
 cuts, which a person removes (`simprep.duel.labels.cuts`).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import Literal
@@ -104,10 +105,9 @@ class Cuts:
         return np.concatenate([np.insert(part, 0, player, axis=1) for player, part in enumerate(parts)], dtype=np.int64)
 
 
-def stream_kinematics(stream: DuelStream) -> tuple[Kinematics, Kinematics]:
-    """Kinematics of both players, for segmentation and features."""
-    first, second = (forward_kinematics(motion.qpos, motion.character) for motion in stream.players)
-    return first, second
+def stream_kinematics(stream: DuelStream) -> tuple[Kinematics, ...]:
+    """Kinematics of all players, for segmentation, features and metrics."""
+    return tuple(forward_kinematics(motion.qpos, motion.character) for motion in stream.players)
 
 
 def contact_force(
@@ -170,9 +170,14 @@ class Segmentation:
 def segment_stream(
     stream: DuelStream,
     settings: SegmentationSettings = DEFAULT_SETTINGS,
-    kinematics: tuple[Kinematics, Kinematics] | None = None,
+    kinematics: Sequence[Kinematics] | None = None,
 ) -> Segmentation:
-    """Cut both players' motions into actions; `kinematics` is of both, where already computed."""
+    """Cut both players' motions into actions; `kinematics` is of both, where already computed.
+
+    Raises:
+        MotionError: more than two people.
+    """
+    motions = stream.pair
     kinematics = kinematics or stream_kinematics(stream)
     bounds = stream.bounds.astype(np.int64)
     forces, frames, suspicious = [], [], []
@@ -182,7 +187,7 @@ def segment_stream(
         forces.append(force)
         frames.append(minima)
         lift = player.foot_points[..., 2].min(axis=-1)  # (T, 2)
-        ankles = player.xpos[:, stream.players[number].character.feet]
+        ankles = player.xpos[:, motions[number].character.feet]
         suspicious += [
             (number, int(frame), reason)
             for frame, reason in _doubts(minima, prominences, lift, ankles, stream.fps, bounds, settings)

@@ -35,6 +35,7 @@ class FightModel(SelfShowing):
 
     Raises:
         SettingError: a model of a longer stream, or of another frame rate.
+        MotionError: a stream of more than two people.
     """
 
     model: DuelModel
@@ -52,6 +53,7 @@ class FightModel(SelfShowing):
         }
 
     def __post_init__(self) -> None:
+        self.stream.check_pair()
         last = int(self.model.graph.actions.end.max())
         if self.model.fps != self.stream.fps or last > len(self.stream):
             raise SettingError(

@@ -1,4 +1,6 @@
-"""What the transition model needs of a two-person stream: roots, headings, local joint positions, centres of mass."""
+"""What the transition model needs of a stream of two: roots, headings, local joint positions, centres of mass."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -18,11 +20,15 @@ def local_joints(kinematics: Kinematics, heading: FloatArray) -> FloatArray:
     return np.concatenate([flat, offset[..., 2:]], axis=-1)
 
 
-def pair_tracks(stream: DuelStream, kinematics: tuple[Kinematics, Kinematics] | None = None) -> PairTracks:
+def pair_tracks(stream: DuelStream, kinematics: Sequence[Kinematics] | None = None) -> PairTracks:
     """Tracks of a stream, with joint positions relative to the root joint, in axes that turn with the heading only.
 
     So the lean of the pelvis stays visible in them. `kinematics` is of both players, where already computed.
+
+    Raises:
+        MotionError: more than two people.
     """
+    stream.check_pair()
     both = kinematics or stream_kinematics(stream)
     heading = [yaw(one.xquat[:, 0]) for one in both]
     return PairTracks(

@@ -1,1 +1,1 @@
-"""Two people in one frame: streams, their files, and where they come from."""
+"""People in one frame: streams, their files, and where they come from."""

@@ -7,7 +7,7 @@ from pathlib import Path
 from simprep.archive import find_archive, schema_of
 from simprep.character import Character
 from simprep.duel.stream.pair_sources import files_of_folder, people_of_file, person_of_file
-from simprep.duel.stream.store import SCHEMA, read_stream
+from simprep.duel.stream.store import KIND, SCHEMA, read_stream
 from simprep.duel.stream.stream import PLAYERS, DuelStream, StreamReport, check_stream
 from simprep.errors import MotionError, MotionFileError, SettingError
 from simprep.motion.edit import cut
@@ -84,9 +84,11 @@ def import_pair(
         a, b = files
     notes: tuple[str, ...] = ()
     if b is None:
-        a = find_archive(a, "two-person stream", SCHEMA)
+        a = find_archive(a, KIND, SCHEMA)
         if _schema(a) == SCHEMA:
             stream = read_stream(a)
+            if len(stream.players) != 2:
+                raise MotionFileError(a, f"holds {len(stream.players)} people; an import takes 2")
             return PairImport(stream, check_stream(stream), ())
         (one, two), notes, kind = people_of_file(a, options, settings)
         kinds = (kind, kind)

@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from simprep.archive import schema_of
-from simprep.duel.stream.stream import swapped_frames
+from simprep.duel.stream.stream import PLAYERS, swap_warning, swapped_frames
 from simprep.errors import MotionFileError
 from simprep.motion.formats.bvh import read_bvh_people
 from simprep.motion.formats.format import ReadMotion, ReadOptions
@@ -51,7 +51,7 @@ def people_of_file(
         both = "one file with both people (.npz of joint positions, .bvh of two ROOTs, .pkl of InterHuman)"
         raise MotionFileError(path, f"holds one person; give the other one's file too, or {both}")
     if len(clips) != 2:
-        raise MotionFileError(path, f"holds {len(clips)} people, one for each ROOT; a stream needs 2")
+        raise MotionFileError(path, f"holds {len(clips)} people, one for each ROOT; an import takes 2")
     return (clips[0], clips[1]), (), recognised  # type: ignore[return-value]
 
 
@@ -80,13 +80,10 @@ def _recorded(
     recording = read_positions(path)
     people = recording.positions.shape[1]
     if people != 2:
-        raise MotionFileError(path, f"holds {people} {'person' if people == 1 else 'people'}; a stream needs 2")
+        raise MotionFileError(path, f"holds {people} {'person' if people == 1 else 'people'}; an import takes 2")
     one, two = (position_clip(recording, person, options.joint_map, settings) for person in range(2))
     leg = [one.names.index(f"left_{part}") for part in ("thigh", "shank", "foot")]
     length = float(np.median(np.linalg.norm(np.diff(one.positions[:, leg], axis=1), axis=-1).sum(axis=1)))
     # the speed limit is in metres, which the file's unit may not be
     swapped = swapped_frames(centres(recording) * (LEG_M / length), recording.fps)
-    notes = [
-        f"the two people seem to exchange names at frame {frame} ({frame / recording.fps:.2f} s)" for frame in swapped
-    ]
-    return (one, two), tuple(notes)
+    return (one, two), tuple(swap_warning(PLAYERS, int(frame), recording.fps) for frame in swapped)

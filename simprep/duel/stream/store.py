@@ -1,17 +1,19 @@
-"""The file of a two-person stream: one .npz with a schema version and the name of the model its poses belong to."""
+"""The file of a stream: one .npz with a schema version and the name of the model its poses belong to."""
 
 from pathlib import Path
 from typing import Any
 
 from simprep.archive import open_archive, write_archive
 from simprep.character import Character
-from simprep.duel.stream.stream import PLAYERS, DuelStream
+from simprep.duel.stream.stream import DuelStream, player_name
 from simprep.errors import MotionFileError
 from simprep.humanoid_model import MODEL_NAME, MODEL_VERSION, humanoid
 from simprep.motion.motion import Motion
 from simprep.motion.store import read_poses
 
 SCHEMA = "simprep.duel-stream/1"
+KIND = "stream of people"
+"""What messages call it."""
 _HINTS = {"simprep.motion/": "one person; `simprep duel import A B` joins two"}
 
 
@@ -21,7 +23,7 @@ def save_stream(stream: DuelStream, path: str | Path) -> Path:
     Raises:
         MotionFileError: it cannot be written, or a player is not our humanoid, the only body that the file can name.
     """
-    for player, motion in zip(PLAYERS, stream.players):
+    for player, motion in zip(stream.names, stream.players):
         if not _is_ours(motion.character):
             raise MotionFileError(
                 path,
@@ -47,8 +49,9 @@ def save_stream(stream: DuelStream, path: str | Path) -> Path:
             for motion in stream.players
         ],
     }
-    arrays: dict[str, Any] = {f"qpos_{player}": motion.qpos for player, motion in zip(PLAYERS, stream.players)}
-    arrays |= {f"contacts_{player}": motion.contacts for player, motion in zip(PLAYERS, stream.players)}
+    named = list(zip(stream.names, stream.players))
+    arrays: dict[str, Any] = {f"qpos_{player}": motion.qpos for player, motion in named}
+    arrays |= {f"contacts_{player}": motion.contacts for player, motion in named}
     try:
         return write_archive(path, header, arrays)
     except OSError as error:
@@ -59,16 +62,16 @@ def read_stream(path: str | Path) -> DuelStream:
     """Read a stream written by `save_stream`, from the .npz file or a folder with one.
 
     Raises:
-        MotionFileError: missing, not a two-person stream, another schema version or another model.
+        MotionFileError: missing, not a stream, another schema version or another model.
     """
-    with open_archive(path, "two-person stream", SCHEMA, _HINTS) as (header, archive):
+    with open_archive(path, KIND, SCHEMA, _HINTS) as (header, archive):
         model = (header["model"], header["model_version"])
         if model != (MODEL_NAME, MODEL_VERSION) or tuple(header["hinges"]) != humanoid().joints:
             raise MotionFileError(
                 path, f"poses of model {model[0]!r} version {model[1]!r}; valid: {MODEL_NAME!r} version {MODEL_VERSION}"
             )
-        first, second = (_player(header, archive, number) for number in range(2))
-        return DuelStream((first, second), tuple(header["seams"]), tuple(header["clips"]), header["name"])
+        players = tuple(_player(header, archive, number) for number in range(len(header["players"])))
+        return DuelStream(players, tuple(header["seams"]), tuple(header["clips"]), header["name"])
 
 
 def _is_ours(character: Character) -> bool:
@@ -79,11 +82,11 @@ def _is_ours(character: Character) -> bool:
 
 
 def _player(header: dict[str, Any], archive: Any, number: int) -> Motion:
-    about = header["players"][number]
+    about, name = header["players"][number], player_name(number)
     return Motion(
-        qpos=read_poses(archive, f"qpos_{PLAYERS[number]}"),
+        qpos=read_poses(archive, f"qpos_{name}"),
         fps=header["fps"],
-        contacts=archive[f"contacts_{PLAYERS[number]}"],
+        contacts=archive[f"contacts_{name}"],
         events={str(key): int(value) for key, value in about["events"].items()},
         name=about["name"],
         source=about["source"],

@@ -76,7 +76,7 @@ def test_long_gaps_name_frame_and_joint(recorded, tmp_path):
 
 def test_files_that_lack_something_are_refused(recorded, tmp_path):
     points = recorded[1]
-    with pytest.raises(MotionFileError, match="holds 1 person; a stream needs 2"):
+    with pytest.raises(MotionFileError, match="holds 1 person; an import takes 2"):
         import_pair(write(tmp_path / "one.npz", points[:, 0]))
     with pytest.raises(MotionFileError, match="no joint found for left_shank"):
         import_pair(write(tmp_path / "knee.npz", points, [name.replace("l_knee", "thing") for name in NAMES]))

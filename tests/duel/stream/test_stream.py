@@ -1,16 +1,29 @@
-"""Two-person streams: what they refuse, seams, files, import in one frame."""
+"""Streams: what they refuse, seams, files, import in one frame."""
 
 import json
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from duel_cases import standing_pair
+from duel_cases import standing_pair, three_boxers
 
 from simprep.cli.main import main
+from simprep.duel.labels.cuts import read_cuts
+from simprep.duel.labels.labelling import label_codes
+from simprep.duel.labels.segmentation import Cuts, segment_stream
+from simprep.duel.model.fight_model import FightModel
+from simprep.duel.model.tracks import pair_tracks
 from simprep.duel.stream.import_pair import import_pair
 from simprep.duel.stream.store import read_stream, save_stream
-from simprep.duel.stream.stream import DuelStream, check_stream, concatenate_streams, facing_error, root_distance
+from simprep.duel.stream.stream import (
+    DuelStream,
+    check_stream,
+    concatenate_streams,
+    facing_error,
+    opponent_distance,
+    player_name,
+    root_distance,
+)
 from simprep.errors import MotionError, MotionFileError
 from simprep.humanoid_model import humanoid
 from simprep.motion.edit import cut, move, resample, yaw
@@ -42,12 +55,80 @@ def test_streams_that_do_not_fit_are_refused():
         DuelStream((a, replace(b, fps=60.0)))
     with pytest.raises(MotionError, match=r"12\.0 m apart at frame 0; valid: up to 10 m"):
         DuelStream((a, move(b, translation=(10.8, 0.0))))
-    with pytest.raises(MotionError, match="1 people; a two-person stream needs 2"):
+    with pytest.raises(MotionError, match="1 people; a stream needs 2 or more"):
         DuelStream((a,))
     with pytest.raises(MotionError, match=r"player B .* is a loop"):
         DuelStream((a, replace(b, loop=True)))
     with pytest.raises(MotionError, match="valid: rising frames from 1 to 89"):
         replace(stream, seams=(90,), clips=("x", "y"))
+
+
+def test_of_three_the_opponent_is_the_nearest_whoever_is_first(tmp_path):
+    three = three_boxers()
+    assert three.names == ("A", "B", "C")
+    assert [player_name(number) for number in (2, 25, 26)] == ["C", "Z", "AA"]
+    roots = np.stack([motion.qpos[:, :2] for motion in three.players], axis=1)
+    apart = np.linalg.norm(roots[:, :, None] - roots[:, None], axis=-1) + 100 * np.eye(3)
+    np.testing.assert_array_equal(opponent_distance(three), apart.min(axis=2))
+    np.testing.assert_allclose(root_distance(three), apart.min(axis=2).mean(axis=1))
+    way = np.take_along_axis(roots[:, None], apart.argmin(axis=2)[..., None, None], axis=2)[:, :, 0] - roots
+    heading = np.stack([yaw(motion.qpos[:, 3:7]) for motion in three.players], axis=1)
+    off = np.exp(1j * (facing_error(three) + heading)) - (way @ [1, 1j]) / np.linalg.norm(way, axis=2)
+    assert np.abs(off).max() < 1e-12
+    turned = replace(three, players=three.players[1:] + three.players[:1])
+    np.testing.assert_array_equal(opponent_distance(turned), np.roll(opponent_distance(three), -1, axis=1))
+    np.testing.assert_allclose(facing_error(turned), np.roll(facing_error(three), -1, axis=1), atol=1e-12)
+    # a third far away leaves the two as they are alone, to the bit
+    far, pair = three_boxers(third=(-5.0, 3.0)), DuelStream(three.players[:2])
+    np.testing.assert_array_equal(facing_error(far)[:, :2], facing_error(pair))
+    np.testing.assert_array_equal(opponent_distance(far)[:, :2], opponent_distance(pair))
+    np.testing.assert_array_equal(root_distance(pair), opponent_distance(pair)[:, 0])
+    assert check_stream(far).facing_share[:2] == check_stream(pair).facing_share == (1.0, 1.0)
+    assert "C faces A or B in 0 % of the frames only" in check_stream(far).warnings
+    # in a file they stay who they are
+    back = read_stream(save_stream(replace(three, seams=(12,), clips=("one", "two")), tmp_path / "three"))
+    assert (back.names, back.seams, [one.name for one in back.players]) == (
+        three.names, (12,), ["left", "right", "third"]
+    )  # fmt: skip
+    for one, two in zip(back.players, three.players):
+        np.testing.assert_array_equal(one.qpos, two.qpos)
+        np.testing.assert_array_equal(one.contacts, two.contacts)
+        assert (one.fps, one.character, one.events) == (two.fps, two.character, two.events)
+
+
+def test_three_who_do_not_fit_are_refused_and_those_who_exchange_names_named():
+    three = three_boxers()
+    a, b, c = three.players
+    with pytest.raises(MotionError, match="left has 40 frames and third 30; people of a stream"):
+        replace(three, players=(a, b, cut(c, 0, 30)))
+    with pytest.raises(MotionError, match=r"the people are 1[12]\.\d m apart"):
+        replace(three, players=(move(a, (-5.5, 0.0)), b, move(c, (5.5, 0.0))))  # neither is so far from B
+    with pytest.raises(MotionError, match="3 people in three and 2 in stream; valid: the same ones in all"):
+        concatenate_streams([three, DuelStream((a, b))])
+    assert concatenate_streams([three, three]).seams == (40,)
+    one, other = (motion.qpos.copy() for motion in (a, c))
+    one[25:], other[25:] = other[25:].copy(), one[25:].copy()
+    swapped = replace(three, players=(replace(a, qpos=one), b, replace(c, qpos=other)))
+    assert [one for one in check_stream(swapped).warnings if "exchange" in one] == [
+        f"A and C seem to exchange names at frame 25 ({25 / a.fps:.2f} s)"
+    ]
+
+
+@pytest.mark.parametrize(
+    "use",
+    [
+        lambda three, _: segment_stream(three),
+        lambda three, folder: read_cuts(folder / "none.txt", three),
+        lambda three, _: label_codes(three, Cuts((np.array([], int), np.array([], int)), three.bounds), np.zeros((2, 5), int)),
+        lambda three, _: pair_tracks(three),
+        lambda three, _: FightModel(None, three),
+        lambda three, folder: import_pair(save_stream(three, folder / "three")),
+    ],
+    ids=["segmentation", "cuts", "labels", "tracks", "model", "import"],
+)  # fmt: skip
+def test_what_is_of_pairs_says_so_of_three(use, tmp_path):
+    with pytest.raises((MotionError, MotionFileError), match=r"3 people; (valid here: 2|an import takes 2)"):
+        use(three_boxers(), tmp_path)
 
 
 def test_people_who_exchange_names_are_noticed_but_not_at_a_seam():
@@ -98,7 +179,7 @@ def test_files_that_hold_no_pair_are_refused(tmp_path):
     with pytest.raises(MotionFileError, match=r"60 frames where single.npz gives 90"):
         import_pair(single, shorter)
     (tmp_path / "broken.npz").write_bytes(b"PK\x03\x04 nothing")
-    with pytest.raises(MotionFileError, match="not a readable two-person stream"):
+    with pytest.raises(MotionFileError, match="not a readable stream of people"):
         read_stream(tmp_path / "broken.npz")
 
 
