@@ -1,4 +1,4 @@
-"""Falls of fighters, and what came before: a blow, another collision with the opponent, or nothing of the kind.
+"""Falls of fighters, and what came before: a blow, another collision with an opponent, or nothing of the kind.
 
 A blow is what an attack meant. But a kick that meets the other's leg throws over who kicks as well, and an arm that nobody
 swung can hit a head: such collisions are told apart from falls without any.
@@ -59,7 +59,7 @@ class Fall:
         time_s: when the rule for falls applied [s].
         reason: that rule, in words.
         blow_ns: largest blow within 1 s before; 0 without any [N s].
-        collision_ns: largest collision with the opponent in that time, blow or not (`collision_before`) [N s].
+        collision_ns: largest collision with opponents in that time, blow or not (`collision_before`) [N s].
         up_s: when the fighter stood again [s]; None: not in this fight.
         tries: attempts to roll over and to get up.
         lay: how the fighter came to rest: `prone`, `supine`, `side`; empty where that was not seen.

@@ -1,4 +1,4 @@
-"""A synthesised fight: two motions, and which example action each fighter performed when."""
+"""A fight: motions, and which example action each fighter performed when."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ import numpy as np
 from simprep.arrays import IntArray
 from simprep.display import SelfShowing, data_frame
 from simprep.duel.labels.labels import Label
-from simprep.duel.stream.stream import PLAYERS, DuelStream
+from simprep.duel.stream.stream import DuelStream
 from simprep.errors import MotionError
 
 NONE = -1
@@ -22,7 +22,7 @@ class FightAction:
     """One action of a fight.
 
     Attributes:
-        player: 0 or 1.
+        player: who, from 0.
         start: first frame in the fight.
         end: frame at which the player's next action begins, one past the last.
         label: label code of the example (`simprep.duel.labels.labels`).
@@ -45,11 +45,11 @@ class FightAction:
 
 @dataclass(frozen=True)
 class Fight(SelfShowing):
-    """Two fighters' motions and the actions they are made of.
+    """Motions of two fighters or more, and the actions they are made of.
 
     Attributes:
-        stream: both motions, one clip.
-        actions: of both, by player, then by first frame. Each player's follow each other without gaps from frame 0 to
+        stream: all motions, one clip.
+        actions: of all, by player, then by first frame. Each player's follow each other without gaps from frame 0 to
             the end of the stream, which may cut off the last.
         mode: `automatic`, `interactive`, `passive`, or the name of a baseline.
         seed: of the source of chance.
@@ -88,10 +88,10 @@ class Fight(SelfShowing):
             "bodies": ", ".join(motion.character.name for motion in self.stream.players),
             "length [s]": round(self.stream.duration, 2),
             "frames": f"{len(self.stream)} at {self.stream.fps:g}/s",
-            "actions": ", ".join(f"{name}: {len(actions)}" for name, actions in zip(PLAYERS, own)),
+            "actions": ", ".join(f"{name}: {len(actions)}" for name, actions in zip(self.stream.names, own)),
             "attacks": ", ".join(
                 f"{name}: {sum(Label.from_code(one.label).attacks for one in actions)}"
-                for name, actions in zip(PLAYERS, own)
+                for name, actions in zip(self.stream.names, own)
             ),
             "answered requests": sum(bool(one.request) for one in self.actions),
             "seed": self.seed,
@@ -102,7 +102,7 @@ class Fight(SelfShowing):
         fps = self.stream.fps
         rows = [
             {
-                "player": PLAYERS[one.player],
+                "player": self.stream.names[one.player],
                 "start_s": one.start / fps,
                 "end_s": one.end / fps,
                 "label": str(Label.from_code(one.label)),

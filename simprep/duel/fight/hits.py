@@ -1,4 +1,4 @@
-"""Which contacts an attack intended: the limb that attacks meets the opponent."""
+"""Which contacts an attack intended: the limb that attacks meets an opponent."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields

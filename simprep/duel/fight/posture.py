@@ -1,4 +1,4 @@
-"""Posture optimisation of both fighters (2013 paper, section 5.3): trunk and arms bring the COM over the feet.
+"""Posture optimisation of the fighters (2013 paper, section 5.3): trunk and arms bring the COM over the feet.
 
 Every frame counts as prepared. Root and legs stay as they are, and with them footwork and kicks; punching fists are
 brought back to where they were, as far as the arm reaches.
@@ -51,14 +51,14 @@ class PostureChange:
 
 def optimise_fight_posture(
     fight: Fight, settings: PreparationSettings = DEFAULT_SETTINGS
-) -> tuple[Fight, tuple[PostureChange, PostureChange]]:
-    """The fight with posture optimised in every frame, and what changed in A and B."""
+) -> tuple[Fight, tuple[PostureChange, ...]]:
+    """The fight with posture optimised in every frame, and what changed in each fighter."""
     optimised = [
         _optimise(motion, punching(fight, player), settings) for player, motion in enumerate(fight.stream.players)
     ]
-    (a, change_a), (b, change_b) = optimised
-    stream = replace(fight.stream, players=(a, b))
-    return replace(fight, stream=stream, record={**fight.record, "posture_optimised": True}), (change_a, change_b)
+    stream = replace(fight.stream, players=tuple(motion for motion, _ in optimised))
+    changes = tuple(change for _, change in optimised)
+    return replace(fight, stream=stream, record={**fight.record, "posture_optimised": True}), changes
 
 
 def punching(fight: Fight, player: int) -> FloatArray:

@@ -1,1 +1,1 @@
-"""How two people fight, in numbers: recorded streams, synthesised and simulated fights."""
+"""How people fight, in numbers: recorded streams, synthesised and simulated fights."""

@@ -58,13 +58,16 @@ class Distributions:
 
 
 def distributions(stream: DuelStream, table: IntArray, codes: IntArray) -> Distributions:
-    """Count a stream or a synthesised fight; MotionError for actions that overlap, or none of a player.
+    """Count a stream of two or a synthesised fight of two: labels' bigrams are those of the model, which is of pairs.
+
+    MotionError for more than two people, actions that overlap, or none of a player.
 
     Args:
         stream: two people.
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
     """
+    stream.check_pair()
     table = np.asarray(table, dtype=np.int64)
     graph = couple(link_actions(table[:, 0], table[:, 1], table[:, 2], codes, table[:, 3]))
     labels = graph.actions.label

@@ -34,7 +34,7 @@ class FightResults:
     Attributes:
         fight: as synthesised.
         kinematic: its metrics.
-        fps_kinematic: frames made per second of computing, both fighters at once; None where it was not timed.
+        fps_kinematic: frames made per second of computing, all fighters at once; None where it was not timed.
         tracked: what was simulated: the fight, with its postures optimised where that was wished.
         posture: what the optimisation changed in each fighter; None where it was not wished.
         run: the simulation.
@@ -117,10 +117,10 @@ def recorded_facing(model: FightModel, first: int = 0) -> dict[str, float]:
         first: frame from which on they count.
     """
     stream = model.stream
-    players = [
+    players = tuple(
         replace(one, qpos=one.qpos[first::STRIDE], contacts=one.contacts[first::STRIDE]) for one in stream.players
-    ]
-    pelvis, head = facings(DuelStream((players[0], players[1])))
+    )
+    pelvis, head = facings(DuelStream(players))
     return {"pelvis": float(np.median(pelvis)), "head": float(np.median(head))}
 
 
@@ -139,9 +139,9 @@ def evaluate_fight(
 
     Args:
         fight: as synthesised.
-        recorded: what to compare it with (`recorded_distributions`).
-        physics: simulate it with `mpc`, both fighters planned jointly.
-        optimise: optimise both fighters' postures before.
+        recorded: what to compare a fight of two with (`recorded_distributions`).
+        physics: simulate it with `mpc`, all fighters planned jointly.
+        optimise: optimise all fighters' postures before.
         seed: of the controller.
         progress: called with the share of the simulation that is done.
         fps_kinematic: how fast it was made, for the record.

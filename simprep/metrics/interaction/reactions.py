@@ -21,77 +21,83 @@ LEAST_SHIFT_S = 2.0
 
 @dataclass(frozen=True)
 class Reactions:
-    """Attacks and their answers; pairs are player A and player B.
+    """Attacks and their answers; tuples have a number for each player.
 
     Attributes:
         attacks_per_min: attacks that each player begins per minute [1/min].
         attacks: number of attacks that count: those of which the time for an answer lies within the clip.
         answered_share: share of them that are answered; NaN without any.
-        answered_by: the same of the attacks on A, and on B.
+        answered_by: share of the attacks of all others that a player answers; NaN without any.
         chance_share: share that would be answered by coincidence.
         delay_s: median time from the beginning of an answered attack to that of its answer [s]; NaN without any.
     """
 
-    attacks_per_min: tuple[float, float]
+    attacks_per_min: tuple[float, ...]
     attacks: int
     answered_share: float
-    answered_by: tuple[float, float]
+    answered_by: tuple[float, ...]
     chance_share: float
     delay_s: float
 
 
-def reactions(table: IntArray, codes: IntArray, bounds: NDArray[np.integer], fps: float) -> Reactions:
+def reactions(table: IntArray, codes: IntArray, bounds: NDArray[np.integer], fps: float, players: int) -> Reactions:
     """Attacks per minute, and the share that is answered by a fitting reaction within 0.5 s.
 
-    An *attack* is an action whose label sends a fist or foot to the opponent; one that repeats at once is two. It is
-    *answered* if the opponent begins a *fitting* action in one of the frames start + 1 ... min(start + 0.5 s, end).
+    An *attack* is an action whose label sends a fist or foot to an opponent; one that repeats at once is two. Labels do
+    not say to whom, so all other players are its opponents. It is
+    *answered* if one of them begins a *fitting* action in one of the frames start + 1 ... min(start + 0.5 s, end).
     start is the attack's first frame, where both choose at once; in frame end the attacker's next action begins.
     Fitting are neutral actions and attacks (`Truth.fitting` of the built-in examples), but not a limb on its way back,
     a landing or a jump. One action may answer two attacks.
 
     Labels cannot tell a block from footwork that happens to begin then, so random fighters score as well.
-    `chance_share` says how much: the share answered when the opponent's actions are shifted in time around the clip,
-    mean of 40 even shifts of at least 2 s. Who begins more actions has a higher level of chance; coupling adds the
-    difference.
+    `chance_share` says how much: the share answered when the others' actions are shifted in time around the clip,
+    mean of 40 even shifts of at least 2 s. Who begins more actions has a higher level of chance, and so have more
+    players; coupling adds the difference.
 
     Args:
         table: (S, 4) player, first frame, frame after the last, clip.
         codes: (S,) label codes.
         bounds: (clips, 2) first frame of every clip and the frame after its last.
         fps: frames per second [1/s].
+        players: how many there are.
 
     Raises:
         MotionError: table and codes of different lengths, or not the table of these clips.
     """
     table, codes = np.asarray(table, dtype=np.int64), np.asarray(codes, dtype=np.int64)
-    check_table(table, codes, bounds, 2)
+    check_table(table, codes, bounds, players)
     qualifiers = decode(codes)
     attack = attacking(qualifiers)
     fitting = attack | neutral(qualifiers)
     minutes = float(np.sum(np.diff(bounds, axis=1) - 1)) / fps / 60
-    per_minute = [float(np.sum(attack & (table[:, 0] == player)) / minutes) for player in (0, 1)]
-    hits, chance, delays, on = [], [], [], []
+    per_minute = [float(np.sum(attack & (table[:, 0] == player)) / minutes) for player in range(players)]
+    hits, chance, delays = [], [], []
+    by: list[list[BoolArray]] = [[] for _ in range(players)]
     for clip, (first, after) in enumerate(bounds):
-        for player in (0, 1):
-            inside = table[:, 3] == clip
+        inside = table[:, 3] == clip
+        for player in range(players):
             rows = np.flatnonzero(inside & attack & (table[:, 0] == player))
             start = table[rows, 1]
             last = np.minimum(start + round(ANSWER_S * fps), table[rows, 2])
             start, last = start[last < after], last[last < after]
-            begun = np.sort(table[inside & fitting & (table[:, 0] != player), 1])
-            begun = begun[begun > first]  # whoever begins with the clip does not answer
-            answered, delay = _answers(start, last)(begun)
+            # whoever begins with the clip does not answer
+            may_answer = inside & fitting & (table[:, 0] != player) & (table[:, 1] > first)
+            begun, answers = np.sort(table[may_answer, 1]), _answers(start, last)
+            answered, delay = answers(begun)
             hits.append(answered)
             delays.append(delay / fps)
-            on.append(np.full(len(start), 1 - player))
+            for other in range(players):
+                if other != player:
+                    own = np.sort(table[may_answer & (table[:, 0] == other), 1])
+                    by[other].append(answers(own)[0])
             chance.append(_chance(start, last, begun, int(first), int(after), fps))
-    answered, struck = np.concatenate(hits), np.concatenate(on)
-    known = np.concatenate(delays)
+    answered, known = np.concatenate(hits), np.concatenate(delays)
     return Reactions(
-        (per_minute[0], per_minute[1]),
+        tuple(per_minute),
         len(answered),
         mean(answered),
-        (mean(answered[struck == 0]), mean(answered[struck == 1])),
+        tuple(mean(np.concatenate(one)) for one in by),
         mean(np.concatenate(chance)),
         float(np.median(known)) if len(known) else float("nan"),
     )

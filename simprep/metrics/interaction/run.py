@@ -12,7 +12,7 @@ from simprep.arrays import BoolArray, IntArray
 from simprep.duel.fight.falls import BLOW_NS, KNOCK_DOWN_S, Blow, Fall, blow_before, blows, collision_before
 from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.hits import GRACE_S, judge
-from simprep.duel.stream.stream import PLAYERS, DuelStream
+from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
 from simprep.metrics.contact import slip_ratio
 from simprep.metrics.interaction.distributions import Distributions
@@ -67,7 +67,7 @@ class RunMetrics:
     Attributes:
         end: `done`, `fell` or `diverged`.
         end_s: simulated time [s].
-        falls_per_min: of both fighters [1/min].
+        falls_per_min: of all fighters [1/min].
         falls_unprovoked_per_min: of these, falls without a blow of 15 N s or more in the second before
             (`simprep.duel.fight.falls`) [1/min].
         falls_after_collision_per_min: of the unprovoked, those after another collision of that impulse, as of one's own kick [1/min].
@@ -133,9 +133,9 @@ def run_metrics(
     """Metrics of a simulated fight; SettingError for a run longer than the fight.
 
     Args:
-        run: of both fighters (`simprep.physics.simulate.simulate`).
+        run: of all fighters (`simprep.physics.simulate.simulate`).
         fight: what was simulated; the run's time 0 is its first frame.
-        recorded: what to compare labels, distances and facings with.
+        recorded: what to compare labels, distances and facings of two with.
         falls: of a fight that goes on after them (`simprep.duel.fight.live`); None: the run ends with its first.
         wall_s: computing time, where more than the run's counts [s].
         resting: what the slip is compared with (`live.LiveResult.resting`); None: what was tracked.
@@ -196,7 +196,7 @@ def falls_of_run(run: Run, struck: Sequence[Blow]) -> tuple[Fall, ...]:
     """The fall that ended a run, if one did.
 
     Args:
-        run: of both fighters.
+        run: of all fighters.
         struck: the blows in it.
     """
     if run.fallen is None:
@@ -207,11 +207,11 @@ def falls_of_run(run: Run, struck: Sequence[Blow]) -> tuple[Fall, ...]:
 
 def by_one_rule(stream: DuelStream) -> DuelStream:
     """The same motions, feet standing where heights and speeds of the soles say so, however they were made."""
-    first, second = (
+    players = tuple(
         replace(motion, contacts=detect_contacts(motion.qpos, motion.fps, motion.character, STANDING))
         for motion in stream.players
     )
-    return replace(stream, players=(first, second))
+    return replace(stream, players=players)
 
 
 def _touching(run: Run, frames: int, fps: float) -> BoolArray:
@@ -266,7 +266,7 @@ def simulated_stream(run: Run, fight: Fight) -> tuple[DuelStream, DuelStream]:
         raise SettingError(f"a run of {run.end_s:.2f} s of a fight of {len(fight.stream)} frames at {fps:g} 1/s")
     steps = np.minimum(np.round(np.arange(count) / fps / dt).astype(int), run.steps)
     simulated, tracked = [], []
-    for number, (name, planned) in enumerate(zip(PLAYERS, fight.stream.players)):
+    for number, (name, planned) in enumerate(zip(fight.stream.names, fight.stream.players)):
         one = run.body(number)
         measured = one.simulated_motion()
         simulated.append(
@@ -274,11 +274,8 @@ def simulated_stream(run: Run, fight: Fight) -> tuple[DuelStream, DuelStream]:
         )
         feet = planned.contacts[:count]
         tracked.append(Motion(one.reference_qpos[steps], fps, feet, name=name, character=measured.character))
-    names = ((f"{fight.stream.name} {word}",) for word in ("simulated", "tracked"))
-    first, second = (
-        DuelStream((pair[0], pair[1]), name=name) for pair, (name,) in zip((simulated, tracked), names, strict=True)
-    )
-    return first, second
+    name = fight.stream.name
+    return (DuelStream(tuple(simulated), name=f"{name} simulated"), DuelStream(tuple(tracked), name=f"{name} tracked"))
 
 
 def fight_so_far(fight: Fight, frames: int) -> tuple[IntArray, IntArray]:

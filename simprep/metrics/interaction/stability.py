@@ -16,7 +16,7 @@ MEASURED = ("pelvis", "thorax")
 
 @dataclass(frozen=True)
 class Stability:
-    """Tilt of pelvis and trunk; both fighters together.
+    """Tilt of pelvis and trunk; all fighters together.
 
     Attributes:
         pelvis_tilt_deg: root mean square angle of the pelvis's long axis from the vertical [deg].
@@ -55,7 +55,7 @@ def tilt_rate(quat: FloatArray, fps: float) -> FloatArray:
 def stability(
     quats: Sequence[FloatArray], characters: Sequence[Character], bounds: NDArray[np.integer], fps: float
 ) -> Stability:
-    """Steadiness of both fighters.
+    """Steadiness of the fighters.
 
     Captures staggering and leaning. Kicks and dodges tilt a trunk on purpose, so compare it with the examples'.
 
@@ -70,10 +70,10 @@ def stability(
     """
     numbers: list[float] = []
     measured = [[quat[:, one.segment(role)] for quat, one in zip(quats, characters, strict=True)] for role in MEASURED]
-    for both in measured:
-        numbers.append(_rms_deg([tilt(quat) for quat in both]))
-    for both in measured:
-        parts = [quat[first:after] for quat in both for first, after in bounds if after - first > 2]
+    for those in measured:
+        numbers.append(_rms_deg([tilt(quat) for quat in those]))
+    for those in measured:
+        parts = [quat[first:after] for quat in those for first, after in bounds if after - first > 2]
         numbers.append(_rms_deg([tilt_rate(part, fps) for part in parts]))
     return Stability(*numbers)
 

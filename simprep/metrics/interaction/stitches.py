@@ -34,13 +34,13 @@ class Stitches:
 def stitches(
     stream: DuelStream, table: IntArray, rows: BoolArray | None = None, sigma: float = DYNAMICS_SIGMA_S
 ) -> Stitches:
-    """Peaks around the beginnings of actions of both players; none less than the window from the end of a clip.
+    """Peaks around the beginnings of actions of all players; none less than the window from the end of a clip.
 
     Motions pass a Gaussian (`simprep.metrics.smoothing`), so frame rates do not matter. With 20 ms it passes half of an
     amplitude at 9 Hz and turns a step of velocity v into a peak of 20 v per second: shorter jolts measure smaller.
 
     Args:
-        stream: two people.
+        stream: of two people or more.
         table: (S, 4) player, first frame, frame after the last, clip.
         rows: (S,) which actions' beginnings to look at; None for all. Of a synthesised fight leave out examples that
             follow their own predecessor: there is no stitch.

@@ -1,4 +1,4 @@
-"""How two people fight: one set of numbers for recorded streams, synthesised and simulated fights."""
+"""How people fight, two or more: one set of numbers for recorded streams, synthesised and simulated fights."""
 
 import math
 from collections.abc import Sequence
@@ -57,7 +57,7 @@ class Percentiles:
 
 @dataclass(frozen=True)
 class Feet:
-    """Slip of both fighters' standing feet: path length and drift (`foot_slip`, `stance_drift`).
+    """Slip of the fighters' standing feet: path length and drift (`foot_slip`, `stance_drift`).
 
     Measurement noise adds to the path length; of noisy motions read the drift.
 
@@ -67,7 +67,7 @@ class Feet:
         max_mm: worst stance [mm].
         skating_share: share of the stances that slip more than 10 mm.
         stances: how many.
-        m_s: slip of both feet per second of a fight, both fighters together [m/s].
+        m_s: slip of both feet per second of a fight, all fighters together [m/s].
         drift_mm: mean drift of a stance [mm].
         drift_p95_mm: 95th percentile of the stances [mm].
         drift_max_mm: worst stance [mm].
@@ -91,12 +91,12 @@ class InteractionMetrics:
     Attributes:
         duration_s: length without what passed between clips [s].
         penetration: between the fighters' colliding geoms.
-        ground_penetration: of the deeper fighter into the floor.
+        ground_penetration: of the deepest fighter into the floor.
         feet: slip.
-        facing_error_deg: size of the angle from the pelvis' heading to the other's root, both fighters [deg]. A bladed
-            stance turns the pelvis away on purpose.
+        facing_error_deg: size of the angle from the pelvis' heading to the root of the opponent, who is the nearest of the
+            others, all fighters [deg]. A bladed stance turns the pelvis away on purpose.
         head_facing_error_deg: the same of the head: who looks at whom.
-        distance_m: of the roots, horizontal [m].
+        distance_m: from the opponent, of the roots, horizontal, mean over the fighters at every frame [m].
         reactions: attacks per minute and how many are answered.
         hits: attacks that land.
         strike_miss_mm: by how much attacks miss that are not blocked (`strikes.strike_misses`) [mm]; None without any.
@@ -133,17 +133,17 @@ def interaction_metrics(
     recorded: Distributions | None = None,
     reference: DuelStream | None = None,
 ) -> InteractionMetrics:
-    """Metrics of two people, recorded, synthesised or simulated.
+    """Metrics of two people or more, recorded, synthesised or simulated.
 
     Args:
-        stream: both motions; of a simulated fight the simulated ones, with the contacts measured.
+        stream: all motions; of a simulated fight the simulated ones, with the contacts measured.
         table: (S, 4) player, first frame, frame after the last, clip, as of `Cuts.table` or `Fight.table`.
         codes: (S,) label codes of the actions.
-        recorded: what to compare labels, distances and facings with (`distributions`).
+        recorded: what to compare labels, distances and facings of two with (`distributions`).
         reference: what the stream should have been, frame by frame (it may go on longer): for MPJPE.
 
     Raises:
-        MotionError: a table that is not this stream's.
+        MotionError: a table that is not this stream's, or distributions to compare with and more than two people.
         SettingError: a reference with another frame rate, or shorter than the stream.
     """
     table, codes = np.asarray(table, dtype=np.int64), np.asarray(codes, dtype=np.int64)
@@ -163,7 +163,7 @@ def interaction_metrics(
         facing_error_deg=percentiles(pelvis),
         head_facing_error_deg=percentiles(head),
         distance_m=percentiles(root_distance(stream)),
-        reactions=reactions(table, codes, stream.bounds, stream.fps),
+        reactions=reactions(table, codes, stream.bounds, stream.fps, len(stream.players)),
         hits=count_hits(inside, characters, stream.fps, stream.bounds, table, codes),
         strike_miss_mm=percentiles(1e3 * misses) if len(misses) else None,
         stability=stability([one.xquat for one in bodies], characters, stream.bounds, stream.fps),
@@ -174,11 +174,11 @@ def interaction_metrics(
 
 
 def facings(stream: DuelStream, rotations: Sequence[FloatArray] | None = None) -> tuple[FloatArray, FloatArray]:
-    """Angles (T, 2) by which pelvises and heads turn away from the other's root, their sizes [deg].
+    """Angles (T, N) by which pelvises and heads turn away from the root of the opponent, their sizes [deg].
 
     Args:
-        stream: two people.
-        rotations: (T, segments, 4) of both bodies' segments, where already known.
+        stream: of N people; the opponent is the nearest of the others.
+        rotations: (T, segments, 4) of each body's segments, where already known.
     """
     if rotations is None:
         rotations = [one.xquat for one in stream_kinematics(stream)]
@@ -220,7 +220,7 @@ def percentiles(values: FloatArray) -> Percentiles:
 
 
 def stream_slip(stream: DuelStream) -> FootSlip:
-    """Slip of both fighters' feet, clip by clip (`foot_slip`); the duration is that of both together."""
+    """Slip of all fighters' feet, clip by clip (`foot_slip`); the duration is that of all together."""
     parts = [foot_slip(clip) for clip in _clips(stream)]
     return FootSlip(
         sum(part.travel_m for part in parts),

@@ -30,7 +30,7 @@ def example():
 
 def test_answers_are_those_of_the_truth(example):
     stream, truth = example.stream, example.truth
-    found = reactions(truth.table, truth.codes, stream.bounds, stream.fps)
+    found = reactions(truth.table, truth.codes, stream.bounds, stream.fps, 2)
     start, after = truth.table[:, 1], stream.bounds[truth.table[:, 3], 1]
     within, fitting = round(ANSWER_S * stream.fps), truth.fitting()
     expected = []

@@ -57,7 +57,7 @@ def test_answers_by_the_frame():
     theirs = rows(
         1, (0, NEUTRAL), (20, NEUTRAL), (31, NEUTRAL), (66, NEUTRAL), (85, BACK), (86, LEAP), (91, NEUTRAL), 100
     )
-    found = reactions(*joined(ours, theirs), np.array([[0, 100]]), 20.0)
+    found = reactions(*joined(ours, theirs), np.array([[0, 100]]), 20.0, 2)
     # 20: answered too early and too late; 60: at the last moment; 80: by no fitting action; 95: time runs out, not counted
     assert found.attacks == 3
     assert found.answered_share == pytest.approx(1 / 3)
@@ -69,11 +69,11 @@ def test_answers_by_the_frame():
     table, codes = joined(rows(0, (0, NEUTRAL), (40, PUNCH), 50), rows(1, (0, NEUTRAL), 50))
     more = joined(rows(0, (50, NEUTRAL), 100, clip=1), rows(1, (50, NEUTRAL), (52, PUNCH), 100, clip=1))
     table, codes = np.concatenate([table, more[0]]), np.concatenate([codes, more[1]])
-    assert reactions(table, codes, np.array([[0, 50], [50, 100]]), 20.0).answered_share == 0
+    assert reactions(table, codes, np.array([[0, 50], [50, 100]]), 20.0, 2).answered_share == 0
     with pytest.raises(MotionError, match="is not one of 1 clips"):
-        reactions(table, codes, np.array([[0, 100]]), 20.0)
+        reactions(table, codes, np.array([[0, 100]]), 20.0, 2)
     with pytest.raises(MotionError, match=r"with \(3,\) labels"):
-        reactions(table, codes[:3], np.array([[0, 50], [50, 100]]), 20.0)
+        reactions(table, codes[:3], np.array([[0, 50], [50, 100]]), 20.0, 2)
 
 
 @pytest.mark.parametrize("coupled", [False, True])
@@ -92,7 +92,7 @@ def test_chance_is_what_independent_fighters_score(coupled):
         rows(player, (0, BACK), *((int(a), int(b)) for a, b in zip(edge, code) if a < end - 1), end)
         for player, (edge, code) in enumerate(zip(edges, codes))
     ]
-    found = reactions(*joined(*parts), np.array([[0, end]]), 60.0)
+    found = reactions(*joined(*parts), np.array([[0, end]]), 60.0, 2)
     if coupled:
         assert found.answered_by[1] == 1
         assert found.answered_share > found.chance_share + 0.15
