@@ -158,7 +158,7 @@ class FightCommand(BaseCommand):
         if results.run is not None:
             output.say(f"simulated: {results.run.end} at {results.run.end_s:.2f} s ({results.run.end_reason})")
             for fall in results.falls:
-                output.say(f"{'AB'[fall.player]} falls at {fall.time_s:.2f} s: {fall.words}")
+                output.say(f"{fight.stream.names[fall.player]} falls at {fall.time_s:.2f} s: {fall.words}")
         parts = [(key, value if isinstance(value, dict) else {"": value}) for key, value in content.items()]
         output.say_metrics({f"{key} {name}".strip(): one for key, part in parts for name, one in part.items()})
         own = results.examples_facing_deg or {}

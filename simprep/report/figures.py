@@ -15,10 +15,17 @@ from simprep.motion.motion import Motion
 from simprep.motion.support import polygons, signed_distance, support_centre, support_points
 
 COLOURS = ("#5b616b", "#b8860b", "#2f6fb3", "#c2452d", "#3a8a4d", "#7a4fa3")
+BODY_COLOURS = dict(zip(("blue", "red", "green", "violet"), COLOURS[2:]))
+"""Names and colours of bodies that are shown together, in turn (`body_colour`)."""
 DPI = 110
 DEBOUNCE_S = 0.05
 
 Series = tuple[FloatArray, FloatArray]
+
+
+def body_colour(number: int) -> tuple[str, str]:
+    """Name and colour (`#rrggbb`) of a body shown beside others, counted from 0."""
+    return list(BODY_COLOURS.items())[number % len(BODY_COLOURS)]
 
 
 def plot_com_and_support(motions: Mapping[str, Motion], frames: Sequence[int], path: str | Path, title: str) -> Path:

@@ -8,7 +8,7 @@ from rich.table import Table
 from simprep.display import fact_table
 from simprep.motion.motion import Motion
 from simprep.physics.run import DONE, Run
-from simprep.report.figures import COLOURS
+from simprep.report.figures import body_colour
 from simprep.report.motion_figure import plot_motion, plot_run
 from simprep.report.page import Page, figure_picture
 from simprep.report.replay.actor import Actor, Replay, motion_replay, run_replay
@@ -84,7 +84,7 @@ def motion_page(
 
 def pair_page(name: str, motions: Sequence[Motion], details: Mapping[str, Any] | None = None) -> Page:
     """Two people or more in one world, not simulated."""
-    actors = tuple(Actor(one.name, one, colour=COLOURS[2 + number % 4]) for number, one in enumerate(motions))
+    actors = tuple(Actor(one.name, one, colour=body_colour(number)[1]) for number, one in enumerate(motions))
     duration = max(one.duration for one in motions)
     return Page(
         title=name,

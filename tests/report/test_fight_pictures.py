@@ -1,21 +1,35 @@
 """Time lines and film strips of fights, and the drawing of the coupled graph: what is drawn is what happened."""
 
+import csv
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from duel_cases import three_boxers
 
+from simprep.duel.fight.falls import Fall
 from simprep.duel.fight.fight import Fight, FightAction
+from simprep.duel.fight.hits import judge
 from simprep.duel.labels.labels import Label
 from simprep.duel.model.structures import couple, link_actions
+from simprep.duel.stream.store import read_stream
 from simprep.duel.stream.stream import DuelStream
 from simprep.errors import SettingError
 from simprep.humanoid_model import humanoid
+from simprep.metrics.interaction.evaluate import FightResults
+from simprep.metrics.interaction.run import run_metrics
+from simprep.metrics.interaction.stream import interaction_metrics
 from simprep.motion.motion import Motion
+from simprep.physics.simulate import simulate
 from simprep.report.duel.label_text import COLOUR_OF, full_text, kind_of, short_text
 from simprep.report.duel.structures import plot_structures
+from simprep.report.fight.files import CONTACTS, save_fight
 from simprep.report.fight.moments import strip_captions, strip_frames
+from simprep.report.fight.page import fight_page, fight_replay
+from simprep.report.fight.pictures import draw_fight
 from simprep.report.fight.timeline import INTENDED, UNINTENDED, fight_timeline
+from simprep.report.page import save_page
 
 NEUTRAL = Label(move="L-L").code
 KICK = Label(move="L-L", right_kick="up").code
@@ -121,3 +135,68 @@ def test_structures_show_what_is_frequent(tmp_path):
 
     with Image.open(with_edges) as a, Image.open(without) as b:
         assert np.any(np.asarray(a) != np.asarray(b), axis=-1).sum() > 500
+
+
+@pytest.fixture(scope="module")
+def fight_of_three():
+    """Three who box for two thirds of a second, simulated."""
+    stream = three_boxers()
+    actions = [FightAction(player, 0, 5 + player, NEUTRAL) for player in range(3)]
+    actions += [FightAction(player, 5 + player, len(stream), JAB) for player in range(3)]
+    fight = Fight(stream, tuple(actions))
+    run = simulate(stream.players, "pd")
+    kinematic = interaction_metrics(stream, fight.table, fight.codes)
+    contacts = judge(run.contacts, fight)
+    falls = (Fall(2, 0.6, "made up"),)
+    return FightResults(
+        fight, kinematic, tracked=fight, run=run, contacts=contacts, simulated=run_metrics(run, fight), falls=falls
+    )
+
+
+def test_files_of_three_say_who(fight_of_three, tmp_path):
+    files = save_fight(fight_of_three, tmp_path)
+    assert [path.name for path in files] == [
+        "fight.npz", "actions.csv", "tracked.npz", "run.npz", "contacts.csv", "simulated.npz"
+    ]  # fmt: skip
+    assert all(len(read_stream(tmp_path / name).players) == 3 for name in ("fight.npz", "tracked.npz", "simulated.npz"))
+    with (tmp_path / "actions.csv").open() as file:
+        assert [row["player"] for row in csv.DictReader(file)] == list("AABBCC")
+    with (tmp_path / "contacts.csv").open() as file:
+        rows = list(csv.DictReader(file))
+    for row, contact in zip(rows, fight_of_three.contacts, strict=True):
+        assert (row["fighter_a"], row["fighter_b"]) == tuple("ABC"[body] for body in contact.bodies)
+        assert row["attacker"] == ("" if contact.attacker < 0 else "ABC"[contact.attacker])
+    assert {row["fighter_b"] for row in rows} == {"B", "C"}
+    # of two the columns are those that they always were
+    two = replace(fight_of_three.fight.stream, players=fight_of_three.fight.stream.players[:2])
+    fight = Fight(two, tuple(one for one in fight_of_three.fight.actions if one.player < 2))
+    save_fight(replace(fight_of_three, fight=fight, contacts=(), simulated=None), tmp_path / "two")
+    assert tuple((tmp_path / "two" / "contacts.csv").read_text().strip().split(",")) == CONTACTS
+
+
+def test_the_page_of_three_shows_and_names_all(fight_of_three, tmp_path):
+    pytest.importorskip("matplotlib")
+    said = []
+    files = draw_fight(fight_of_three, tmp_path, 3, said.append)
+    assert tmp_path / "timeline.png" in files
+    page = fight_page(fight_of_three, files, {})
+    assert "Blue is A, red is B, green is C, pale grey what" in page.legend
+    actors = page.replays[0].actors
+    assert [one.label for one in actors] == ["A", "B", "C"]
+    assert len({one.colour for one in actors}) == 3
+    html = save_page(page, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "green is C" in html
+    assert strip_captions(fight_of_three.fight, (0, 39))[1] == "A: LP fwdbwd, B: LP fwdbwd, C: LP fwdbwd"
+    kinematic = fight_replay(replace(fight_of_three, run=None))
+    assert [(one.label, one.reference) for one in kinematic.actors] == [("A", None), ("B", None), ("C", None)]
+    # a bar more for each fighter
+    alone = [replace(one, label=NEUTRAL) if one.player == 2 else one for one in fight_of_three.fight.actions]
+    fewer = fight_timeline(replace(fight_of_three.fight, actions=tuple(alone)), tmp_path / "fewer.png")
+    assert pixels(tmp_path / "timeline.png", COLOUR_OF["left punch"]) > 1.2 * pixels(fewer, COLOUR_OF["left punch"])
+    if not said:  # all three are drawn, each in its colour
+        from PIL import Image
+
+        with Image.open(tmp_path / "strip.png") as picture:
+            shown = np.asarray(picture.convert("RGB")).astype(int)
+        others = [shown[..., [k for k in range(3) if k != channel]].max(axis=-1) for channel in range(3)]
+        assert min(int((shown[..., channel] - others[channel] > 12).sum()) for channel in range(3)) > 1000

@@ -1,1 +1,1 @@
-"""Pictures and tables of two-person streams: cuts, labels, structures, film strips."""
+"""Pictures and tables of streams: cuts, labels, structures, film strips."""

@@ -9,7 +9,6 @@ from simprep.duel.fight.fight import Fight
 from simprep.duel.fight.hits import JudgedContact
 from simprep.duel.labels.labels import ASPECTS, Label
 from simprep.duel.stream.store import save_stream
-from simprep.duel.stream.stream import PLAYERS
 from simprep.files import atomic_path
 from simprep.metrics.interaction.evaluate import FightResults
 from simprep.physics.store import RUN_FILE, save_run
@@ -19,6 +18,8 @@ CONTACTS = (
     "start_s", "duration_s", "part_a", "part_b", "impulse_ns", "impulse_x_ns", "impulse_y_ns", "impulse_z_ns",
     "peak_force_n", "closing_speed_m_s", "depth_mm", "x_m", "y_m", "z_m", "verdict", "attacker",
 )  # fmt: skip
+WHO = ("fighter_a", "fighter_b")
+"""Whose `part_a` and `part_b` are: columns where more than two fight; of two they are A's and B's."""
 
 
 def save_fight(results: FightResults, folder: str | Path) -> list[Path]:
@@ -39,7 +40,10 @@ def save_fight(results: FightResults, folder: str | Path) -> list[Path]:
         return files
     files.append(save_stream(results.tracked.stream, folder / "tracked.npz"))
     files.append(save_run(results.run, folder / RUN_FILE))
-    files.append(_save_csv(folder / "contacts.csv", [_contact(one) for one in results.contacts], CONTACTS))
+    names = results.fight.stream.names
+    columns = CONTACTS if len(names) == 2 else (*CONTACTS, *WHO)
+    rows = [_contact(one, names) for one in results.contacts]
+    files.append(_save_csv(folder / "contacts.csv", rows, columns))
     if results.simulated_stream:
         files.append(save_stream(results.simulated_stream, folder / "simulated.npz"))
     return files
@@ -53,7 +57,7 @@ def save_actions(fight: Fight, path: str | Path) -> Path:
         label = Label.from_code(one.label)
         rows.append(
             {
-                "player": PLAYERS[one.player],
+                "player": fight.stream.names[one.player],
                 "start_s": round(one.start / fps, 4),
                 "end_s": round(one.end / fps, 4),
                 "moment_s": "" if one.moment < 0 else round(one.moment / fps, 4),
@@ -66,7 +70,7 @@ def save_actions(fight: Fight, path: str | Path) -> Path:
     return _save_csv(Path(path), rows, ACTIONS)
 
 
-def _contact(one: JudgedContact) -> dict[str, Any]:
+def _contact(one: JudgedContact, names: Sequence[str]) -> dict[str, Any]:
     return {
         "start_s": round(one.start_s, 5),
         "duration_s": round(one.duration_s, 5),
@@ -79,13 +83,14 @@ def _contact(one: JudgedContact) -> dict[str, Any]:
         "depth_mm": round(1e3 * one.depth, 3),
         **{f"{axis}_m": round(value, 4) for axis, value in zip("xyz", one.position)},
         "verdict": one.verdict,
-        "attacker": "" if one.attacker < 0 else PLAYERS[one.attacker],
+        "attacker": "" if one.attacker < 0 else names[one.attacker],
+        **{column: names[body] for column, body in zip(WHO, one.bodies, strict=True)},
     }
 
 
 def _save_csv(path: Path, rows: Sequence[Mapping[str, Any]], columns: Sequence[str]) -> Path:
     with atomic_path(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as stream:
-        writer = csv.DictWriter(stream, columns, lineterminator="\n")
+        writer = csv.DictWriter(stream, columns, extrasaction="ignore", lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
     return path

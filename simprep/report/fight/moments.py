@@ -7,7 +7,6 @@ import numpy as np
 
 from simprep.duel.fight.fight import Fight
 from simprep.duel.labels.labels import Label
-from simprep.duel.stream.stream import PLAYERS
 from simprep.errors import SettingError
 from simprep.report.duel.label_text import short_text
 
@@ -45,12 +44,12 @@ def strip_frames(fight: Fight, count: int) -> tuple[int, ...]:
 
 
 def strip_captions(fight: Fight, frames: Sequence[int]) -> tuple[str, ...]:
-    """What both fighters do in some frames: `A: RK up, B: neutral`."""
+    """What the fighters do in some frames: `A: RK up, B: neutral`."""
     out = []
     for frame in frames:
         # a limb is out farthest in the frame in which the next action begins: that of its attack is meant
         words = []
-        for player, name in enumerate(PLAYERS):
+        for player, name in enumerate(fight.stream.names):
             own = [one for one in fight.of(player) if one.start < frame or one.start == 0]
             words.append(f"{name}: {short_text(Label.from_code(own[-1].label)) or 'neutral'}")
         out.append(", ".join(words))

@@ -1,13 +1,12 @@
-"""The report of a fight: both fighters simulated, with the fight as synthesised as pale reference, and every contact."""
+"""The report of a fight: all fighters simulated, with the fight as synthesised as pale reference, and every contact."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from simprep.duel.fight.hits import BLOCKED, HIT
-from simprep.duel.stream.stream import PLAYERS
 from simprep.metrics.interaction.evaluate import FightResults
-from simprep.report.figures import COLOURS
+from simprep.report.figures import body_colour
 from simprep.report.page import Page, Picture
 from simprep.report.replay.actor import Actor, Replay, contact_flashes, run_actor
 from simprep.report.run_page import metric_tables
@@ -39,6 +38,7 @@ def fight_page(
     for name, value in results.headline().items():
         parts = value.items() if isinstance(value, Mapping) else [("", value)]
         flat.update({f"{name} {key}".strip(): one for key, one in parts})
+    who = ", ".join(f"{body_colour(number)[0]} is {name}" for number, name in enumerate(fight.stream.names))
     return Page(
         title=f"fight, {fight.mode}, seed {fight.seed}",
         headline=headline,
@@ -49,22 +49,23 @@ def fight_page(
         ],
         details=details,
         warnings=warnings,
-        legend="Blue is A, red is B, pale grey what the simulation follows. A contact flashes with its impulse; green is the "
+        legend=f"{who[0].upper()}{who[1:]}, pale grey what the simulation follows. A contact flashes with its impulse; green is the "
         "support polygon, ochre the force of the floor (1 m for 1000 N).",
     )
 
 
 def fight_replay(results: FightResults) -> Replay:
-    """Both fighters, simulated where they are."""
-    colours = COLOURS[2:4]
+    """All fighters, simulated where they are."""
+    stream = results.fight.stream
+    colours = [body_colour(number)[1] for number in range(len(stream.players))]
     if results.run is None:
         actors = tuple(
-            Actor(name, motion, colour=colour)
-            for name, motion, colour in zip(PLAYERS, results.fight.stream.players, colours)
+            Actor(name, motion, colour=colour) for name, motion, colour in zip(stream.names, stream.players, colours)
         )
         return Replay("fight", actors)
     actors = tuple(
-        run_actor(results.run.body(number), PLAYERS[number], colour) for number, colour in enumerate(colours)
+        run_actor(results.run.body(number), name, colour)
+        for number, (name, colour) in enumerate(zip(stream.names, colours))
     )
     flashes = contact_flashes(results.contacts, [one.verdict for one in results.contacts])
     return Replay("fight", actors, flashes=flashes)

@@ -8,7 +8,7 @@ from simprep.duel.fight.fight import Fight
 from simprep.duel.stream.stream import DuelStream
 from simprep.metrics.interaction.evaluate import FightResults
 from simprep.metrics.interaction.run import fight_so_far
-from simprep.report.duel.film_strip import save_pair_strip
+from simprep.report.duel.film_strip import save_stream_strip
 from simprep.report.fight.moments import strip_captions, strip_frames
 from simprep.report.fight.timeline import fight_timeline
 from simprep.report.gl import pictures_or_warning
@@ -34,7 +34,7 @@ def draw_fight(
     say = warn or (lambda text: None)
     with pictures_or_warning("no film strip", say):
         frames = strip_frames(replace(shown, stream=stream), pictures)
-        files.append(save_pair_strip(stream, frames, folder / "strip.png", strip_captions(shown, frames)))
+        files.append(save_stream_strip(stream, frames, folder / "strip.png", strip_captions(shown, frames)))
     if results.fight.stream.duration > TIMELINE_S:
         say(f"no time line: the fight is longer than {TIMELINE_S:g} s")
         return files

@@ -10,7 +10,7 @@ from simprep.arrays import FloatArray
 from simprep.duel.fight.fight import NONE, Fight
 from simprep.duel.fight.hits import JudgedContact
 from simprep.duel.labels.labels import Label
-from simprep.duel.stream.stream import PLAYERS, root_distance
+from simprep.duel.stream.stream import root_distance
 from simprep.errors import SettingError
 from simprep.report.duel.label_text import COLOUR_OF, PALE, kind_of, short_text
 from simprep.report.figures import COLOURS, new_figure, save_figure
@@ -28,7 +28,7 @@ def fight_timeline(
     falls: Sequence[tuple[float, int]] = (),
     row_s: float = 15.0,
 ) -> Path:
-    """Draw a fight row by row: the actions of A and B as bars, and below them root distance, contacts and falls.
+    """Draw a fight row by row: the actions of the fighters as bars, and below them root distance, contacts and falls.
 
     Args:
         fight: what to draw; readable up to about a minute.
@@ -50,9 +50,10 @@ def fight_timeline(
     count = max(1, int(np.ceil(seconds / row_s - 1e-6)))
     row_s = max(seconds, 1.0) if count == 1 else row_s
     over = min((time for time, _ in falls), default=np.inf)
-    figure = new_figure(14.0, 2.5 * count + 0.9)
+    people = len(stream.players)
+    figure = new_figure(14.0, (1.2 + 0.65 * people) * count + 0.9)
     figure.suptitle(f"{stream.name}: {fight.mode}, {seconds:.1f} s, seed {fight.seed}", fontsize=11)
-    grid = figure.add_gridspec(2 * count, 1, height_ratios=[1.0, 0.9] * count)
+    grid = figure.add_gridspec(2 * count, 1, height_ratios=[0.5 * people, 0.9] * count)
     distance = root_distance(stream)
     for row in range(count):
         span = (row * row_s, (row + 1) * row_s)
@@ -60,7 +61,7 @@ def fight_timeline(
         _draw_actions(above, fight, span)
         below = figure.add_subplot(grid[2 * row + 1], sharex=above)
         _draw_distance(below, distance, stream.fps, span)
-        _draw_contacts(below, contacts, falls, span)
+        _draw_contacts(below, contacts, [(time, stream.names[player]) for time, player in falls], span)
         above.tick_params(labelbottom=False)
         above.set_xlim(span)
         for axes in (above, below):
@@ -74,14 +75,14 @@ def fight_timeline(
 
 
 def _draw_actions(axes: Any, fight: Fight, span: tuple[float, float]) -> None:
-    fps = fight.stream.fps
+    fps, names = fight.stream.fps, fight.stream.names
     letter = LETTER_S * (span[1] - span[0]) / 15.0
     for one in fight.actions:
         start, end = one.start / fps, one.end / fps
         shown = (max(start, span[0]), min(end, span[1]))
         if shown[1] <= shown[0]:
             continue
-        label, height = Label.from_code(one.label), 1 - one.player
+        label, height = Label.from_code(one.label), len(names) - 1 - one.player
         kind = kind_of(label)
         solid = label.attacks or kind == "neutral" or label.jump == "up"
         axes.barh(
@@ -99,8 +100,8 @@ def _draw_actions(axes: Any, fight: Fight, span: tuple[float, float]) -> None:
         if one.request and span[0] <= start < span[1]:
             axes.plot(start, height + 0.42, "v", color=REQUESTED, ms=5, clip_on=False)
             axes.text(start + 1.5 * letter, height + 0.42, one.request, fontsize=6, color=REQUESTED, va="center")
-    axes.set_yticks([1, 0], PLAYERS, fontsize=9)
-    axes.set_ylim(-0.5, 1.6)
+    axes.set_yticks(range(len(names))[::-1], names, fontsize=9)
+    axes.set_ylim(-0.5, len(names) - 0.4)
 
 
 def _draw_distance(axes: Any, distance: FloatArray, fps: float, span: tuple[float, float]) -> None:
@@ -113,7 +114,7 @@ def _draw_distance(axes: Any, distance: FloatArray, fps: float, span: tuple[floa
 
 
 def _draw_contacts(
-    axes: Any, contacts: Sequence[JudgedContact], falls: Sequence[tuple[float, int]], span: tuple[float, float]
+    axes: Any, contacts: Sequence[JudgedContact], falls: Sequence[tuple[float, str]], span: tuple[float, float]
 ) -> None:
     level = 0.3 * axes.get_ylim()[1]
     for contact in contacts:
@@ -122,12 +123,10 @@ def _draw_contacts(
                 contact.start_s, level, s=_size(contact.impulse_ns), color=INTENDED if contact.intended else UNINTENDED,
                 alpha=0.75, lw=0.5, edgecolor="white", zorder=4,
             )  # fmt: skip
-    for time, player in falls:
+    for time, name in falls:
         if span[0] <= time <= span[1]:
             axes.axvline(time, color="black", lw=1.5)
-            axes.text(
-                time, 0.97 * axes.get_ylim()[1], f" {PLAYERS[player]} falls", fontsize=7, va="top", fontweight="bold"
-            )
+            axes.text(time, 0.97 * axes.get_ylim()[1], f" {name} falls", fontsize=7, va="top", fontweight="bold")
 
 
 def _size(impulse: float) -> float:

@@ -10,7 +10,7 @@ from simprep.errors import SettingError
 from simprep.motion.motion import Motion
 from simprep.physics.contacts import BodyContact
 from simprep.physics.run import DONE, Run
-from simprep.report.figures import COLOURS
+from simprep.report.figures import COLOURS, body_colour
 from simprep.scene import Obstacle
 
 FLASHES = 200
@@ -150,7 +150,7 @@ def run_replay(run: Run, title: str = "") -> Replay:
     if len(run.bodies) == 1:
         return Replay(title or run.reference.name, (run_actor(run),), marks=event_marks(run.reference))
     actors = tuple(
-        run_actor(run.body(number), body.reference.name, COLOURS[2 + number % 4])
+        run_actor(run.body(number), body.reference.name, body_colour(number)[1])
         for number, body in enumerate(run.bodies)
     )
     flashes = contact_flashes(run.contacts, ["" for _ in run.contacts])
