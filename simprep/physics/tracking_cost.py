@@ -1,11 +1,11 @@
 """How well simulated samples follow the reference: the cost that `mpc` minimises."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
 from simprep.arrays import FloatArray, IndexArray
-from simprep.motion.rotations import cross
 from simprep.physics.reference import Reference
 from simprep.physics.rollouts import Record
 
@@ -72,23 +72,32 @@ class TrackingCost:
     ) -> None:
         self._weights = weights
         self._pelvis_share = weights.relative / max(weights.position + weights.relative, _TINY)
-        self._feet = list(feet)
-        self._foot_entries = [1 + foot for foot in feet]  # in a rollout's records, whose entry 0 means nothing
-        self._ratio = ratio
         every = max(1, round(weights.instants / (ratio * world_dt)))
-        self._instants = np.arange(every, steps + 1, every) - 1  # rollout record index k is the state after step k
-        if self._instants[-1] != steps - 1:
-            self._instants = np.append(self._instants, steps - 1)
+        instants = np.arange(every, steps + 1, every) - 1  # rollout record index k is the state after step k
+        self._even = every > 1 and steps % every == 0
+        self._instants = instants if instants[-1] == steps - 1 else np.append(instants, steps - 1)
+        self._ratio, self._planner_dt = ratio, ratio * world_dt
+        self._after = ratio * (1 + self._instants)  # steps of the world from the start to each instant
         self._time_weight = np.ones(len(self._instants))
         self._time_weight[-1] += weights.final * len(self._instants)
-        self._scales: dict[int, list[FloatArray]] = {}  # by how many instants count
-        self._qpos, self._qvel = reference.qpos, np.ascontiguousarray(reference.qvel[:, qvel_index])
-        self._xpos = reference.kinematics.xpos
-        self._com = reference.kinematics.com
-        self._foot_quat = reference.kinematics.xquat[:, self._feet]
-        self._planner_dt = ratio * world_dt
-        self._foot_velocity = np.gradient(self._xpos[:, self._feet], world_dt, axis=0)
         self._last = len(reference.qpos) - 1
+        kinematics, both = reference.kinematics, list(feet)
+        frames, segments, hinges = len(kinematics.com), kinematics.xpos.shape[1], len(qvel_index) - 6
+        left, right = feet
+        self._feet = _two(1 + left, 1 + right)  # in a rollout's records, whose entry 0 means nothing
+        self._foot_heights = _two(3 * left + 2, 3 * right + 2)  # in flat positions
+        foot = kinematics.xpos[:, both]
+        self._xpos = kinematics.xpos.reshape(frames, -1)
+        self._com_foot = (kinematics.com[:, None] - foot).reshape(frames, -1)
+        self._foot_quat = kinematics.xquat[:, both]
+        self._foot_velocity = np.gradient(foot, world_dt, axis=0).reshape(frames, -1)
+        self._qpos, self._qvel = reference.qpos, np.ascontiguousarray(reference.qvel[:, qvel_index])
+        self._axes = np.tile(np.arange(3), segments - 1)
+        factors = self._factors_of(segments, hinges)
+        ends = np.cumsum([0, *map(len, factors)]).tolist()
+        self._parts = [slice(first, after) for first, after in pairwise(ends)]
+        self._factors = np.concatenate(factors)
+        self._scales: dict[int, FloatArray] = {}  # by how many instants count
 
     def residuals(self, step: int, record: Record, theta: FloatArray) -> FloatArray:
         """Weighted errors (n, R) of every sample, whose squares add up to its cost.
@@ -100,72 +109,98 @@ class TrackingCost:
             record: rollout records qpos, qvel, xpos, subtree_com, (n, steps, ...).
             theta: (n, knots, sampled) offsets [rad].
         """
-        w, n = self._weights, len(theta)
-        effort = np.sqrt(w.effort / theta[0].size) * theta.reshape(n, -1)
-        frames = step + self._ratio * (1 + self._instants)
-        count = int(np.searchsorted(frames, self._last, side="right"))
-        if count == 0:
-            return np.asarray(effort)
-        pick, state = self._instants[:count], frames[:count]
-        # positions recorded after a step belong to the state before it
-        xpos = record["xpos"][:, pick, 1:]  # (n, t, segments, 3)
-        com = record["subtree_com"][:, pick, 1]
-        target_xpos, target_com = self._xpos[state - self._ratio], self._com[state - self._ratio]
-        error = xpos - target_xpos
-        foot = xpos[:, :, self._feet, :]
-        target_foot = target_xpos[:, self._feet, :]
-        com_foot = (com[:, :, None] - foot) - (target_com[:, None] - target_foot)
-        # backward difference over a planner step, so the reference's central one is taken half a step earlier
-        before = record["xpos"][:, (pick - 1)[:, None], self._foot_entries]
-        foot_velocity = (foot - before) / self._planner_dt
-        target_foot_velocity = self._foot_velocity[state - self._ratio - self._ratio // 2]
-        velocity_error = record["qvel"][:, pick] - self._qvel[state]
-        parts: tuple[FloatArray, ...] = (
-            error[:, :, :1],
-            error[:, :, 1:] - self._pelvis_share * error[:, :, :1],
-            _rotation_error(record["qpos"][:, pick, 3:7], self._qpos[state, 3:7]),
-            velocity_error[..., :3],
-            velocity_error[..., 3:6],
-            com_foot,
-            (foot - target_foot)[..., 2],
-            foot_velocity - target_foot_velocity,
-            velocity_error[..., 6:],
-        )
-        if w.foot_orientation:
-            turned = record["xquat"][:, pick[:, None], self._foot_entries]
-            parts += (_rotation_error(turned, self._foot_quat[state - self._ratio]),)
-        if count not in self._scales:
-            self._scales[count] = self._scales_of(count, xpos.shape[2], velocity_error.shape[2] - 6)
-        ends = np.cumsum([0, *(part[0, 0].size for part in parts)])
-        out = np.empty((n, len(pick) * ends[-1] + effort.shape[1]))
-        at_instants = out[:, : len(pick) * ends[-1]].reshape(n, len(pick), -1)  # a view
-        for part, scale, first, after in zip(parts, self._scales[count], ends, ends[1:]):
-            np.multiply(part.reshape(n, len(pick), -1), scale, out=at_instants[..., first:after])
-        out[:, at_instants[0].size :] = effort
+        n, size = len(theta), theta[0].size
+        count = int(np.searchsorted(self._after, self._last - step, side="right"))
+        end = count * len(self._factors)
+        out = np.empty((n, end + size))
+        np.multiply(theta.reshape(n, size), np.sqrt(self._weights.effort / size), out=out[:, end:])
+        if count:
+            errors = out[:, :end]
+            self._write_errors(step, record, errors.reshape(n, count, -1))
+            errors *= self._scale(count)
         return out
 
-    def _scales_of(self, count: int, segments: int, hinges: int) -> list[FloatArray]:
-        """Factors (count, 1) of each part of the residuals at the first instants."""
+    def _write_errors(self, step: int, record: Record, out: FloatArray) -> None:
+        """Fill (n, instants, errors) part by part: this runs for every sample, so numbers are moved as little as can be."""
+        position, turn, root, com_foot, foot_height, foot_velocity, hinges, foot_turn = (
+            out[..., part] for part in self._parts
+        )
+        instants, after = self._instants[: out.shape[1]], self._after[: out.shape[1]]
+        pick, state = self._rows(instants, 0), self._rows(after, step)
+        # positions recorded after a step belong to the state before it
+        lagging = self._rows(after, step - self._ratio)
+        xpos = record["xpos"][:, pick]  # (n, t, 1 + segments, 3)
+        np.subtract(_flat(xpos[:, :, 1:]), self._xpos[lagging], out=position)
+        foot_height[:] = position[..., self._foot_heights]
+        others = position[..., 3:]
+        others -= (self._pelvis_share * position[..., :3]).take(self._axes, axis=-1)
+        turn[:] = _rotation_error(record["qpos"][:, pick, 3:7], self._qpos[state, 3:7])
+        qvel, target_qvel = record["qvel"][:, pick], self._qvel[state]
+        np.subtract(qvel[..., :6], target_qvel[:, :6], out=root)
+        np.subtract(qvel[..., 6:], target_qvel[:, 6:], out=hinges)
+        foot = xpos[:, :, self._feet]
+        np.subtract(_flat(record["subtree_com"][:, pick, 1, None] - foot), self._com_foot[lagging], out=com_foot)
+        # backward difference over a planner step, so the reference's central one is taken half a step earlier
+        velocity = foot - record["xpos"][:, self._rows(instants, -1), self._feet]
+        velocity /= self._planner_dt
+        central = self._foot_velocity[self._rows(after, step - self._ratio - self._ratio // 2)]
+        np.subtract(_flat(velocity), central, out=foot_velocity)
+        if self._weights.foot_orientation:
+            turned = record["xquat"][:, pick, self._feet]
+            foot_turn[:] = _flat(_rotation_error(turned, self._foot_quat[lagging]))
+
+    def _rows(self, indices: IndexArray, on: int) -> slice | IndexArray:
+        """Indices moved on by a number; evenly spaced ones as a slice, which is read without a copy."""
+        if not self._even:
+            return indices + on
+        first, last = int(indices[0]) + on, int(indices[-1]) + on
+        return slice(first, last + 1, max(1, (last - first) // max(1, len(indices) - 1)))
+
+    def _scale(self, count: int) -> FloatArray:
+        """Factors (count * errors,) of the errors at the first instants."""
+        if count not in self._scales:
+            weight = self._time_weight[:count] / self._time_weight[:count].sum()
+            self._scales[count] = np.sqrt(self._factors * weight[:, None]).ravel()
+        return self._scales[count]
+
+    def _factors_of(self, segments: int, hinges: int) -> tuple[FloatArray, ...]:
+        """Weights of the squares of each part of the errors at an instant."""
         w = self._weights
-        weight = self._time_weight[:count] / self._time_weight[:count].sum()
         own, relative = w.position / segments, w.relative / segments
-        factors = (
+        return (
             # own e^2 + relative (e - p)^2 of a segment's error e and the pelvis' p is (own + relative) (e - share p)^2 and
             # own share p^2: half the numbers for the same sum
-            own * (1 + (segments - 1) * self._pelvis_share),
-            own + relative,
-            4 * w.orientation,
-            w.velocity,
-            w.spin,
-            w.com_to_foot / 2,
-            w.foot_height / 2,
-            w.foot_velocity / 2,
-            w.joint_velocity / hinges,
-            4 * w.foot_orientation / 2,
+            np.repeat([own * (1 + (segments - 1) * self._pelvis_share), own + relative], [3, 3 * (segments - 1)]),
+            np.full(3, 4 * w.orientation),
+            np.repeat([w.velocity, w.spin], 3),
+            np.full(6, w.com_to_foot / 2),
+            np.full(2, w.foot_height / 2),
+            np.full(6, w.foot_velocity / 2),
+            np.full(hinges, w.joint_velocity / hinges),
+            np.full(6 if w.foot_orientation else 0, 4 * w.foot_orientation / 2),
         )
-        return [np.sqrt(factor * weight)[:, None] for factor in factors]
+
+
+def _two(first: int, second: int) -> slice:
+    """Two entries as a slice, which is read without a copy."""
+    step = second - first
+    stop = second + (1 if step > 0 else -1)
+    return slice(first, stop if stop >= 0 else None, step)
+
+
+def _flat(vectors: FloatArray) -> FloatArray:
+    """(n, t, parts, 3) as (n, t, 3 parts)."""
+    return vectors.reshape(*vectors.shape[:2], -1)
+
+
+# a0 b - b0 a - a x b by components: of a's and b's 12 products, the first six less the others, then three less three
+_A = np.array([0, 0, 0, 2, 3, 1, 1, 2, 3, 3, 1, 2])
+_B = np.array([1, 2, 3, 3, 1, 2, 0, 0, 0, 2, 3, 1])
 
 
 def _rotation_error(a: FloatArray, b: FloatArray) -> FloatArray:
     """Vector part (..., 3) of conj(a) b for unit quaternions wxyz: the sine of half the angle between them, along the axis."""
-    return np.asarray(a[..., :1] * b[..., 1:] - b[..., :1] * a[..., 1:] - cross(a[..., 1:], b[..., 1:]))
+    products = a.take(_A, axis=-1)
+    products *= b.take(_B, axis=-1)
+    differences = products[..., :6] - products[..., 6:]
+    return np.asarray(differences[..., :3] - differences[..., 3:])
