@@ -61,11 +61,10 @@ class Knots:
 
 def linear_basis(position: FloatArray, knots: int) -> FloatArray:
     """Weights (n, knots) of linear interpolation between knots, held at the ends, at positions (n,) in knots from 0."""
-    position = np.clip(position, 0, knots - 1)
-    low = np.minimum(position.astype(int), knots - 2)
-    weight = position - low
+    # how far each gap between two knots is past, which the knot at its start loses to the one at its end
+    passed = np.minimum(np.maximum(position[:, None] - np.arange(knots - 1), 0.0), 1.0)
     basis = np.zeros((len(position), knots))
-    rows = np.arange(len(position))
-    basis[rows, low] = 1 - weight
-    basis[rows, low + 1] += weight
+    basis[:, 0] = 1.0
+    basis[:, 1:] = passed
+    basis[:, :-1] -= passed
     return basis

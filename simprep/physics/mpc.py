@@ -193,7 +193,8 @@ class MpcController:
             for members in together
         ]
         self._rollouts: dict[int, Rollouts] = {}  # by their number of samples, made when needed
-        self._plans = [0] * len(s.searches)  # how many of each
+        self._efforts = s.searches
+        self._plans = [0] * len(self._efforts)  # how many of each
         self._offsets = np.zeros((self._every, model.nu))
         self._offset = np.zeros(model.nu)  # sent last
         self._planned_at = -1
@@ -307,7 +308,7 @@ class MpcController:
         level = sum(cost > least for least, _, _ in self._settings.harder)
         self._plans[level] += 1
         for one in self._searches:
-            one.search.settings = self._settings.searches[level]
+            one.search.settings = self._efforts[level]
             one.search.begin(passed)
         for iteration in range(self._settings.iterations):
             tried = [one.search.sample(self._rng, iteration) for one in self._searches]
@@ -327,11 +328,13 @@ class MpcController:
         """Errors (samples, R) of the offsets that each search tries, and which samples (samples,) failed."""
         frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
         self._lead(int(frames[-1]))
-        feedforward = self._feedforward[frames][:, self._planner.controls]  # (steps, planned controls)
+        feedforward = self._feedforward[frames[:, None], self._planner.controls]  # (steps, planned controls)
         feedforward += self._knots.plan_before[:, None] * self._offset[self._planner.controls]
-        control = np.repeat(feedforward[None], len(tried[0]), axis=0)
+        offsets = np.zeros((len(tried[0]), self._knots.count, len(self._planner.controls)))
         for one, theta in zip(self._searches, tried):
-            control[:, :, one.controls] += self._knots.plan @ theta
+            offsets[:, :, one.controls] = theta
+        control = self._knots.plan @ offsets
+        control += feedforward
         record, failed = self._rollouts_of(len(control)).run(data, control, change)
         residuals = [self._residuals(step, one, record, theta) for one, theta in zip(self._searches, tried)]
         for errors in residuals:
@@ -353,7 +356,7 @@ class MpcController:
             own = theta[:, :, first : first + self._widths[member]]
             first += self._widths[member]
             parts.append(self._costs[member].residuals(step, record_of(record, self._planner.bodies[member]), own))
-        return np.concatenate(parts, axis=1)
+        return np.concatenate(parts, axis=1) if len(parts) > 1 else parts[0]
 
 
 @dataclass(frozen=True)
