@@ -43,6 +43,7 @@ class OffsetSearch:
     def __init__(self, knots: int, std: FloatArray, settings: SearchSettings) -> None:
         self.settings = settings
         self.std = std
+        self._stds = np.tile(std, knots)  # of a flat curve
         self.plan = np.zeros((knots, len(std)))
         self.cost = 0.0
         self.kept = np.zeros((0, *self.plan.shape))
@@ -80,8 +81,13 @@ class OffsetSearch:
             centre, given = self._steps[len(self._steps) // 2], self._steps
         self._first_step = len(self._pool)
         count = (s.refined if iteration else s.samples) - len(given)
-        noise = rng.standard_normal((count, *self.plan.shape)) * self.std * s.shrink**iteration
-        return np.concatenate([given, centre + np.resize(s.scales, count)[:, None, None] * noise])
+        noise = rng.standard_normal((count, self.plan.size))
+        noise *= self._stds
+        noise *= s.shrink**iteration
+        for number, scale in enumerate(s.scales):
+            noise[number :: len(s.scales)] *= scale
+        noise += centre.ravel()
+        return np.concatenate([given, noise.reshape(count, *self.plan.shape)])
 
     def update(self, theta: FloatArray, residuals: FloatArray, failed: BoolArray) -> bool:
         """Improve the plan by what was simulated so far; False if nothing was usable and the plan stays.
@@ -120,28 +126,38 @@ class OffsetSearch:
 
     def _gauss_newton(self, order: IndexArray) -> FloatArray:
         """(dampings, knots, sampled) the best combinations of samples, ordered from the best, if residuals are linear."""
+        pool, products = self._pool.reshape(len(self._pool), -1), self._products
         best, others = order[0], order[1:]
-        directions = self._pool[others] - self._pool[best]
-        length = np.sqrt(np.mean((directions / self.std) ** 2, axis=(1, 2)))
+        directions = pool[others]
+        directions -= pool[best]
+        squares = directions / self._stds
+        squares *= squares
+        length = np.sqrt(squares.sum(axis=1) / self._stds.size)
         usable = length > _SAME
         if not usable.any():
             return np.repeat(self._pool[best][None], len(self.settings.damping), axis=0)
+        if not usable.all():
+            others, directions, length = others[usable], directions[usable], length[usable]
         # all directions equally long: a far sample says no more than a near one
-        others, length = others[usable], length[usable]
-        directions = directions[usable] / length[:, None, None]
-        products = self._products
-        to_best = products[others, best]
-        gram = products[np.ix_(others, others)] - to_best - to_best[:, None] + products[best, best]
+        directions /= length[:, None]
+        to_best, at_best = products[others, best], products[best, best]
+        gram = products.take(others, axis=0).take(others, axis=1)
+        gram -= to_best
+        gram -= to_best[:, None]
+        gram += at_best
         gram /= length * length[:, None]
-        slope = (to_best - products[best, best]) / length
-        unit = np.trace(gram) / len(gram) + _TINY
-        combined = []
-        for damping in self.settings.damping:
+        slope = (at_best - to_best) / length
+        unit = gram.trace() / len(gram) + _TINY
+        combined = np.zeros((len(self.settings.damping), len(slope)))
+        for damping, row in zip(self.settings.damping, combined):
             damped = gram.copy()
             damped.reshape(-1)[:: len(gram) + 1] += damping * unit
-            _, solution, failed = dposv(damped, -slope)
-            combined.append(np.zeros(len(slope)) if failed else solution)
-        return np.asarray(self._pool[best] + np.einsum("dn,nkj->dkj", combined, directions))
+            _, solution, failed = dposv(damped, slope)
+            if not failed:
+                row[:] = solution
+        found = np.einsum("dn,nk->dk", combined, directions)
+        found += pool[best]
+        return np.asarray(found.reshape(-1, *self.plan.shape))
 
 
 def _without_first(curves: FloatArray, count: int) -> FloatArray:
