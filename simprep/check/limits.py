@@ -7,7 +7,7 @@ from simprep.check.finding import Finding, graded
 from simprep.check.subject import Subject
 from simprep.humanoid_model import GRAVITY
 from simprep.motion.rotations import multiply_quat
-from simprep.physics.inverse_dynamics import needed_torques
+from simprep.physics.inverse_dynamics import InverseDynamics
 from simprep.physics.reference import make_reference
 
 RANGE_WARN_DEG, RANGE_FAIL_DEG = 1.0, 5.0
@@ -94,7 +94,7 @@ def jumps(subject: Subject) -> Finding:
 def torque(subject: Subject) -> Finding:
     """Share of the time in which the motion needs more than some joint's torque, by inverse dynamics."""
     reference = make_reference(subject.motion, TORQUE_STEP_S)
-    needed = np.abs(needed_torques(reference)) / subject.character.torque_limits
+    needed = np.abs(InverseDynamics(subject.character).torques(reference)) / subject.character.torque_limits
     over = needed.max(axis=1)
     step = int(np.argmax(over))
     joint = int(np.argmax(np.percentile(needed, 95, axis=0)))

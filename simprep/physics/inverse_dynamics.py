@@ -13,6 +13,7 @@ from scipy.ndimage import gaussian_filter1d
 from scipy.optimize import lsq_linear, nnls
 
 from simprep.arrays import FloatArray, IndexArray
+from simprep.character import Character
 from simprep.geoms import bearing_points
 from simprep.humanoid_model import GRAVITY
 from simprep.physics.bodies import scene_bodies
@@ -42,50 +43,89 @@ class InverseDynamicsSettings:
     friction: float = 0.8
 
 
-def needed_torques(
-    reference: Reference, settings: InverseDynamicsSettings | None = None, since: int = 0, until: int | None = None
-) -> FloatArray:
-    """Actuator torques (rows, controls) that the reference needs, by inverse dynamics (`mj_inverse`) [N m].
+class InverseDynamics:
+    """Torques that references of one character need, by `mj_inverse`.
 
     In each frame, contact forces within the friction pyramid, at all points near the floor, supply the root's six rows
     of the equations of motion as well as they can (non-negative least squares). The rest is left out, since nothing
-    else may push the root.
+    else may push the root. Frames of the last reference that are already known are not computed again.
 
     Args:
-        reference: the motion at the simulation's steps, 0 to N.
+        character: who moves.
         settings: rate, smoothing and contact settings.
-        since: step of the first row.
-        until: step of the last row; None: N. The rows have the same bits whatever these two are.
     """
-    settings = settings or InverseDynamicsSettings()
-    fps, last = reference.motion.fps, len(reference.qvel) - 1
-    since, until = min(since, last), last if until is None else min(until, last)
-    # a copy, because the model is shared; contacts are found here, and limits must not push
-    model = copy(reference.motion.character.model)
-    model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
-    data = mujoco.MjData(model)
-    sigma, stride = settings.smoothing * fps, max(1, round(fps / settings.rate))
-    reach = round(_TRUNCATE * sigma) + 1
-    # what lies within reach of the wanted rows, on the grid of the whole motion
-    first = max(0, since - reach) // stride * stride
-    after = min(last, -(-(until + reach) // stride) * stride)
-    frames = np.unique(np.append(np.arange(first, after + 1, stride), after))
-    begin, end = max(0, first - reach - 1), min(last, after + reach + 1) + 1
-    qvel = gaussian_filter1d(reference.qvel[begin:end], sigma, axis=0, mode="nearest", truncate=_TRUNCATE)
-    qacc = np.gradient(qvel, 1 / fps, axis=0)
-    candidates = contact_candidates(model)
-    joints = scene_bodies(model, (reference.motion.character,))[0].joint_qvel
-    torques = np.empty((len(frames), model.nu))
-    for row, frame in enumerate(frames):
-        data.qpos[:] = reference.qpos[frame]
-        data.qvel[:], data.qacc[:] = qvel[frame - begin], qacc[frame - begin]
-        mujoco.mj_inverse(model, data)
+
+    def __init__(self, character: Character, settings: InverseDynamicsSettings | None = None) -> None:
+        self._settings = settings or InverseDynamicsSettings()
+        # a copy, because the model is shared; contacts are found here, and limits must not push
+        self._model = model = copy(character.model)
+        model.opt.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_CONSTRAINT)
+        self._data = mujoco.MjData(model)
+        self._candidates = contact_candidates(model)
+        self._joints = scene_bodies(model, (character,))[0].joint_qvel
+        self._weight = model.body_mass.sum() * GRAVITY
+        self._edges = PYRAMID_EDGES * [self._settings.friction, self._settings.friction, 1.0]
+        self._reference: Reference | None = None
+        self._known: dict[int, FloatArray] = {}  # torques of frames of this reference
+
+    def torques(self, reference: Reference, since: int = 0, until: int | None = None) -> FloatArray:
+        """Actuator torques (rows, controls) that a reference needs [N m].
+
+        Args:
+            reference: the motion at the simulation's steps, 0 to N.
+            since: step of the first row.
+            until: step of the last row; None: N. The rows have the same bits whatever these two are.
+        """
+        if reference is not self._reference:
+            self._reference, self._known = reference, {}
+        fps, last = reference.motion.fps, len(reference.qvel) - 1
+        since, until = min(since, last), last if until is None else min(until, last)
+        sigma, stride = self._settings.smoothing * fps, max(1, round(fps / self._settings.rate))
+        reach = round(_TRUNCATE * sigma) + 1
+        # what lies within reach of the wanted rows, on the grid of the whole motion
+        first = max(0, since - reach) // stride * stride
+        after = min(last, -(-(until + reach) // stride) * stride)
+        frames = np.unique(np.append(np.arange(first, after + 1, stride), after))
+        begin, end = max(0, first - reach - 1), min(last, after + reach + 1) + 1
+        qvel = gaussian_filter1d(reference.qvel[begin:end], sigma, axis=0, mode="nearest", truncate=_TRUNCATE)
+        qacc = np.gradient(qvel, 1 / fps, axis=0)
+        for frame in frames.tolist():
+            if frame not in self._known:
+                self._known[frame] = self._needed(reference.qpos[frame], qvel[frame - begin], qacc[frame - begin])
+        steps = np.arange(first, after + 1)
+        torques = np.array([self._known[frame] for frame in frames.tolist()])
+        dense = np.stack([np.interp(steps, frames, column) for column in torques.T], axis=1)
+        smooth = gaussian_filter1d(dense, sigma, axis=0, mode="nearest", truncate=_TRUNCATE)
+        return np.asarray(smooth[since - first : until - first + 1])
+
+    def _needed(self, qpos: FloatArray, qvel: FloatArray, qacc: FloatArray) -> FloatArray:
+        """Actuator torques (controls,) of one frame."""
+        data = self._data
+        data.qpos[:], data.qvel[:], data.qacc[:] = qpos, qvel, qacc
+        mujoco.mj_inverse(self._model, data)
         needed = data.qfrc_inverse
-        torques[row] = (needed - _contact_torques(model, data, candidates, needed, settings))[joints]
-    steps = np.arange(first, after + 1)
-    dense = np.stack([np.interp(steps, frames, column) for column in torques.T], axis=1)
-    smooth = gaussian_filter1d(dense, sigma, axis=0, mode="nearest", truncate=_TRUNCATE)
-    return np.asarray(smooth[since - first : until - first + 1])
+        return np.asarray((needed - self._contact_torques(needed))[self._joints])
+
+    def _contact_torques(self, needed: FloatArray) -> FloatArray:
+        """Generalised force (nv,) of the contact forces that supply the root's rows best."""
+        model, data, candidates, settings = self._model, self._data, self._candidates, self._settings
+        low = candidates.low(data, settings.reach)
+        if len(low) == 0:
+            return np.zeros(model.nv)
+        geom = candidates.geom[low]
+        turned = data.geom_xmat[geom].reshape(-1, 3, 3) @ candidates.centre[low, :, None]
+        points = data.geom_xpos[geom] + turned[:, :, 0]
+        points[:, 2] -= candidates.radius[low]
+        jacobians = np.empty((len(low), 3, model.nv))
+        for jacobian, point, body in zip(jacobians, points, candidates.body[low].tolist()):
+            mujoco.mj_jac(model, data, jacobian, None, point, body)
+        columns = (self._edges @ jacobians).reshape(-1, model.nv)  # (4 points, nv): generalised force of unit pushes
+        # a point just above the floor in the reference is less likely to bear load in the simulation
+        heights = np.repeat(np.maximum(points[:, 2], 0.0), 4)
+        reluctance = settings.regularisation * (1 + 50 * (heights / settings.reach) ** 2)
+        system = np.concatenate([columns[:, :6].T, np.diag(reluctance)])
+        wanted = np.concatenate([needed[:6] / self._weight, np.zeros(len(columns))])
+        return np.asarray(self._weight * (nonnegative_least_squares(system, wanted) @ columns))
 
 
 def nonnegative_least_squares(matrix: FloatArray, wanted: FloatArray) -> FloatArray:
@@ -132,31 +172,3 @@ def contact_candidates(model: mujoco.MjModel) -> ContactCandidates:
         np.array([centre for _, centre, _ in found]).reshape(-1, 3),
         np.array([radius for *_, radius in found]),
     )
-
-
-def _contact_torques(
-    model: mujoco.MjModel,
-    data: mujoco.MjData,
-    candidates: ContactCandidates,
-    needed: FloatArray,
-    settings: InverseDynamicsSettings,
-) -> FloatArray:
-    """Generalised force (nv,) of the contact forces that supply the root's rows best."""
-    jacobians, heights = [], []
-    jacobian = np.zeros((3, model.nv))
-    for one in candidates.low(data, settings.reach).tolist():
-        geom, radius = candidates.geom[one], candidates.radius[one]
-        point = data.geom_xpos[geom] + data.geom_xmat[geom].reshape(3, 3) @ candidates.centre[one]
-        mujoco.mj_jac(model, data, jacobian, None, point - [0, 0, radius], int(candidates.body[one]))
-        jacobians.append(jacobian.copy())
-        heights.append(max(point[2] - radius, 0.0))
-    if not jacobians:
-        return np.zeros(model.nv)
-    edges = PYRAMID_EDGES * [settings.friction, settings.friction, 1.0]
-    columns = np.concatenate([edges @ jac for jac in jacobians])  # (4 points, nv): generalised force of unit pushes
-    weight = model.body_mass.sum() * GRAVITY
-    # a point just above the floor in the reference is less likely to bear load in the simulation
-    reluctance = settings.regularisation * (1 + 50 * (np.repeat(heights, 4) / settings.reach) ** 2)
-    system = np.concatenate([columns[:, :6].T, np.diag(reluctance)])
-    pushes = nonnegative_least_squares(system, np.concatenate([needed[:6] / weight, np.zeros(len(columns))]))
-    return np.asarray(weight * (pushes @ columns))

@@ -19,8 +19,8 @@ import numpy as np
 
 from simprep.arrays import BoolArray, FloatArray, IndexArray
 from simprep.errors import SettingError
-from simprep.physics.controller import ControlTask, feedforward_targets
-from simprep.physics.inverse_dynamics import needed_torques
+from simprep.physics.controller import ControlTask
+from simprep.physics.feedforward import Feedforward
 from simprep.physics.knots import Knots
 from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference
@@ -152,10 +152,6 @@ MPC_PRESETS = {
 """How much to compute: least for what must keep up with the clock, most for what is made once (docs/tracking.md)."""
 
 
-LEAD_S = 0.5
-"""How far beyond what is simulated the reference's torques are worked out at a time [s]."""
-
-
 class MpcController:
     """Receding-horizon sampling of servo-target offsets; its state is the current plan and the random generator."""
 
@@ -203,34 +199,20 @@ class MpcController:
         self._present = mujoco.MjData(model)
         self.total_s = 0.0
         self.rejected = 0
+        self._feedforward = Feedforward(task, s.torque_share)
         self.follow(task.references, 0)
 
     def follow(self, references: Sequence[Reference], shift: int) -> None:
         """Track other references from now on (see `Controller`); the plan stays."""
         s, task, planner = self._settings, self._task, self._planner
         self._planned_at += shift if self._planned_at >= 0 else 0
-        targets = [feedforward_targets(one, body) for one, body in zip(references, task.bodies)]
-        self._references, self._feedforward = references, np.concatenate(targets, axis=1)
-        self._led = max(0, self._planned_at)  # first step without torques; what was before is not sent again
+        self._feedforward.follow(references, max(0, self._planned_at))  # what was before is not sent again
         self._last = len(references[0].qpos) - 1
         dt = float(task.model.opt.timestep)
         self._costs = [
             TrackingCost(reference, self._ratio, dt, self._steps, dofs, body.feet, s.weights)
             for reference, dofs, body in zip(references, planner.dofs, planner.bodies)
         ]
-
-    def _lead(self, until: int) -> None:
-        """Let the feed-forward lead by the reference's torques up to a step, and somewhat beyond."""
-        first, model = self._led, self._task.model
-        if self._settings.torque_share <= 0 or first > min(until, self._last):
-            return
-        last = min(until + round(LEAD_S / model.opt.timestep), self._last)
-        for reference, body in zip(self._references, self._task.bodies):
-            needed = needed_torques(reference, since=first, until=last)
-            torque = np.clip(needed, *model.actuator_forcerange[body.controls].T)
-            lead = self._settings.torque_share * torque / body.character.gains[:, 0]
-            self._feedforward[first : last + 1, body.controls] += lead
-        self._led = last + 1
 
     @property
     def simulation_s(self) -> float:
@@ -256,6 +238,7 @@ class MpcController:
         """Changes (bodies, 6) of the roots' velocities; the plan found with them stays for the first one."""
         s = self._settings
         std = np.repeat([s.start_speed, s.start_spin], 3)
+        before = self._before_offsets(0)
         starts = [StartSearch(one.search, len(one.members), std) for one in self._searches]
         for _ in range(s.first_rounds):
             for one in starts:
@@ -263,7 +246,7 @@ class MpcController:
             for iteration in range(s.iterations):
                 tried = [one.sample(self._rng, iteration) for one in starts]
                 change = np.concatenate([of_members for _, of_members in tried], axis=1)
-                residuals, failed = self._simulate(0, data, [theta for theta, _ in tried], change)
+                residuals, failed = self._simulate(0, data, before, [theta for theta, _ in tried], change)
                 for one, (theta, own), errors in zip(starts, tried, residuals):
                     one.update(theta, own, errors, failed)
         return np.concatenate([one.finish() for one in starts])
@@ -277,7 +260,7 @@ class MpcController:
             self._planned_at = step
             self.total_s += perf_counter() - begin
         self._offset = self._offsets[step - self._planned_at].copy()
-        targets = np.asarray(self._feedforward[step] + self._offset)
+        targets = np.asarray(self._feedforward.targets[step] + self._offset)
         self._sent.append(targets)
         return targets
 
@@ -310,9 +293,10 @@ class MpcController:
         for one in self._searches:
             one.search.settings = self._efforts[level]
             one.search.begin(passed)
+        before = self._before_offsets(step)
         for iteration in range(self._settings.iterations):
             tried = [one.search.sample(self._rng, iteration) for one in self._searches]
-            residuals, failed = self._simulate(step, data, tried)
+            residuals, failed = self._simulate(step, data, before, tried)
             improved = [
                 one.search.update(theta, errors, failed) for one, theta, errors in zip(self._searches, tried, residuals)
             ]
@@ -322,23 +306,32 @@ class MpcController:
         for one in self._searches:
             self._offsets[:, self._planner.controls[one.controls]] += self._knots.world @ one.search.plan
 
+    def _before_offsets(self, step: int) -> FloatArray:
+        """Servo targets (steps, planned controls) of a plan from a step on, but for what it changes [rad]."""
+        frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
+        self._feedforward.lead(int(frames[-1]))
+        controls = self._planner.controls
+        fading = self._knots.plan_before[:, None] * self._offset[controls]
+        return np.asarray(self._feedforward.targets[frames[:, None], controls] + fading)
+
     def _simulate(
-        self, step: int, data: mujoco.MjData, tried: list[FloatArray], change: FloatArray | None = None
+        self,
+        step: int,
+        data: mujoco.MjData,
+        before: FloatArray,
+        tried: list[FloatArray],
+        change: FloatArray | None = None,
     ) -> tuple[list[FloatArray], BoolArray]:
         """Errors (samples, R) of the offsets that each search tries, and which samples (samples,) failed."""
-        frames = np.minimum(step + self._ratio * np.arange(1, self._steps + 1) - 1, self._last)
-        self._lead(int(frames[-1]))
-        feedforward = self._feedforward[frames[:, None], self._planner.controls]  # (steps, planned controls)
-        feedforward += self._knots.plan_before[:, None] * self._offset[self._planner.controls]
         offsets = np.zeros((len(tried[0]), self._knots.count, len(self._planner.controls)))
         for one, theta in zip(self._searches, tried):
             offsets[:, :, one.controls] = theta
         control = self._knots.plan @ offsets
-        control += feedforward
+        control += before
         record, failed = self._rollouts_of(len(control)).run(data, control, change)
         residuals = [self._residuals(step, one, record, theta) for one, theta in zip(self._searches, tried)]
         for errors in residuals:
-            failed |= ~np.isfinite(errors).all(axis=1)
+            failed |= ~np.isfinite(errors.sum(axis=1))
         self.rejected += int(failed.sum())
         return residuals, failed
 

@@ -1,5 +1,6 @@
 """How well simulated samples follow the reference: the cost that `mpc` minimises."""
 
+from bisect import bisect_right
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -110,7 +111,7 @@ class TrackingCost:
             theta: (n, knots, sampled) offsets [rad].
         """
         n, size = len(theta), theta[0].size
-        count = int(np.searchsorted(self._after, self._last - step, side="right"))
+        count = bisect_right(self._after, self._last - step)
         end = count * len(self._factors)
         out = np.empty((n, end + size))
         np.multiply(theta.reshape(n, size), np.sqrt(self._weights.effort / size), out=out[:, end:])

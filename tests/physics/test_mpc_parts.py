@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from simprep.arrays import FloatArray
 from simprep.cli.output import Preset
 from simprep.errors import SettingError
 from simprep.humanoid_model import GRAVITY, humanoid
@@ -15,7 +16,7 @@ from simprep.library import library_motion
 from simprep.motion.motion import Motion
 from simprep.physics.bodies import scene_bodies
 from simprep.physics.controller import ControlTask
-from simprep.physics.inverse_dynamics import needed_torques
+from simprep.physics.inverse_dynamics import InverseDynamics
 from simprep.physics.mpc import MPC_PRESETS, MpcController, MpcSettings
 from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference, make_reference
@@ -30,6 +31,10 @@ def held(hinge: str, angle: float, height: float = 0.0) -> Reference:
     qpos[:, 7 + humanoid().joint(hinge)] = angle
     qpos[:, 2] += height
     return make_reference(Motion(qpos, 60.0, np.ones((31, 2), dtype=bool)), 1 / 240)
+
+
+def needed_torques(reference: Reference) -> FloatArray:
+    return InverseDynamics(humanoid()).torques(reference)
 
 
 def test_an_arm_held_out_needs_its_weight_times_its_lever() -> None:
@@ -60,6 +65,8 @@ def test_torques_of_some_steps_have_the_bits_that_they_have_among_all():
     reference = make_reference(library_motion("walk"), 1 / 480)
     whole = needed_torques(reference)
     last = len(whole) - 1
+    again = InverseDynamics(humanoid())  # knows other references' frames, and then this one's
+    again.torques(make_reference(library_motion("punch_right"), 1 / 480))
     for since, until in (
         (0, None),
         (37, None),
@@ -70,8 +77,9 @@ def test_torques_of_some_steps_have_the_bits_that_they_have_among_all():
         (199, 399),
         (430, last + 9),
     ):
-        some = needed_torques(reference, since=since, until=until)
-        np.testing.assert_array_equal(some, whole[since : (last if until is None else min(until, last)) + 1])
+        for dynamics in (InverseDynamics(humanoid()), again):
+            some = dynamics.torques(reference, since=since, until=until)
+            np.testing.assert_array_equal(some, whole[since : (last if until is None else min(until, last)) + 1])
 
 
 def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
