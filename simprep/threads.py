@@ -1,7 +1,7 @@
 """Linear algebra on one thread: more threads slow small matrices down, and while they wait for work, simulations too."""
 
-from collections.abc import Callable
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import cache, wraps
 from typing import Any, ParamSpec, TypeVar
 
@@ -22,15 +22,24 @@ def one_thread(function: Callable[P, R]) -> Callable[P, R]:
     return limited
 
 
-def blas_on_one_thread() -> AbstractContextManager[Any]:
+@contextmanager
+def blas_on_one_thread() -> Iterator[None]:
     """The same for a few lines that run often: costs microseconds, and knows the libraries of NumPy and SciPy only."""
-    limited: AbstractContextManager[Any] = _numpy_and_scipy().limit(limits=1)
-    return limited
+    libraries = _numpy_and_scipy()
+    usual = [library.get_num_threads() for library in libraries]
+    for library in libraries:
+        library.set_num_threads(1)
+    try:
+        yield
+    finally:
+        for library, threads in zip(libraries, usual):
+            library.set_num_threads(threads)
 
 
 @cache
-def _numpy_and_scipy() -> ThreadpoolController:
+def _numpy_and_scipy() -> list[Any]:
     import numpy.linalg  # noqa: F401
     import scipy.linalg  # noqa: F401
 
-    return ThreadpoolController()
+    # not its own limit, which asks every library for its version and threading too: twice as long
+    return list(ThreadpoolController().lib_controllers)

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from time import perf_counter
 
 import mujoco
+import numpy as np
 from mujoco.batch import Batch
 
 from simprep.arrays import BoolArray, FloatArray
@@ -33,6 +34,7 @@ class Rollouts:
         self._qpos = self._batch.bind("qpos")
         self._qvel = self._batch.bind("qvel")
         self._time = self._batch.bind("time")
+        self._warned = np.zeros(samples, dtype=np.int64)  # how often MuJoCo has warned in each simulation
         self._record: Record = {}  # filled anew by every run, as fresh arrays of this size cost page faults
         self.simulation_s = 0.0
 
@@ -57,7 +59,6 @@ class Rollouts:
         for body, quat in self._planner.fused_orientations(data):
             self._body_quat[:, body] = quat
         self._time[:] = data.time
-        warned = self._batch.warning[:, :, 1].sum(axis=1)
         begin = perf_counter()
         with without_step_timers():
             self._record = record = self._batch.rollout(
@@ -69,7 +70,8 @@ class Rollouts:
             )
         self.simulation_s += perf_counter() - begin
         # MuJoCo resets a diverged state, so finite numbers alone prove nothing
-        return record, self._batch.warning[:, :, 1].sum(axis=1) > warned
+        before, self._warned = self._warned, self._batch.warning[:, :, 1].sum(axis=1)
+        return record, self._warned > before
 
 
 def record_of(record: Record, body: SceneBody) -> Record:
