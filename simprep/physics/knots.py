@@ -35,27 +35,25 @@ class Knots:
     ) -> None:
         self.count = int(np.ceil(steps * dt / spacing - 1e-9)) + 2  # whatever part of the first gap is past
         self._step = world_dt / spacing
-        self._along = np.arange(steps, dtype=np.float64) * (dt / spacing)
-        self._until_next = np.arange(every, dtype=np.float64) * self._step
-        self._fades = [
-            np.clip(1 - times / fade_in, 0, 1) if fade_in else np.zeros(len(times))
-            # a step of the planner is judged by its middle, one of the world by its end
-            for times in ((np.arange(steps) + 0.5) * dt, (np.arange(every) + 1.0) * world_dt)
-        ]
+        self._steps = steps
+        # the steps of the planner, then those of the world
+        self._along = np.concatenate([np.arange(steps) * (dt / spacing), np.arange(every) * self._step])
+        # a step of the planner is judged by its middle, one of the world by its end
+        times = np.concatenate([(np.arange(steps) + 0.5) * dt, (np.arange(every) + 1.0) * world_dt])
+        self._fade = np.clip(1 - times / fade_in, 0, 1) if fade_in else np.zeros(len(times))
         self._clock = 0
         self.go_on(0)
 
     def go_on(self, steps: int) -> int:
         """Let so many steps of the world pass; how many knots have become past."""
-        before = int(self._clock * self._step + 1e-9)
+        past = int(self._clock * self._step + 1e-9)
         self._clock += steps
         position = self._clock * self._step + 1e-9
-        passed, first = int(position) - before, position - int(position)
-        self.plan = linear_basis(first + self._along, self.count)
-        self.world = linear_basis(first + self._until_next, self.count)
-        self.plan_before, self.world_before = [fade * (self._clock > 0) for fade in self._fades]
-        self.plan -= self.plan_before[:, None] * self.plan[0]
-        self.world -= self.world_before[:, None] * self.world[0]
+        passed, first = int(position) - past, position - int(position)
+        basis, before = linear_basis(first + self._along, self.count), self._fade * (self._clock > 0)
+        basis -= before[:, None] * basis[0]  # both start now
+        self.plan, self.world = basis[: self._steps], basis[self._steps :]
+        self.plan_before, self.world_before = before[: self._steps], before[self._steps :]
         return passed
 
 

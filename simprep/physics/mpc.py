@@ -332,7 +332,7 @@ class MpcController:
         residuals = [self._residuals(step, one, record, theta) for one, theta in zip(self._searches, tried)]
         for errors in residuals:
             failed |= ~np.isfinite(errors.sum(axis=1))
-        self.rejected += int(failed.sum())
+        self.rejected += int(np.count_nonzero(failed))
         return residuals, failed
 
     def _rollouts_of(self, samples: int) -> Rollouts:

@@ -162,5 +162,7 @@ class OffsetSearch:
 
 def _without_first(curves: FloatArray, count: int) -> FloatArray:
     """Curves (..., knots, sampled) whose first knots are gone, and whose last one is there as often more."""
+    if count == 0:
+        return curves
     knots = curves.shape[-2]
     return curves[..., np.minimum(np.arange(knots) + count, knots - 1), :]

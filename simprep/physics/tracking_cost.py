@@ -114,11 +114,11 @@ class TrackingCost:
         count = bisect_right(self._after, self._last - step)
         end = count * len(self._factors)
         out = np.empty((n, end + size))
-        np.multiply(theta.reshape(n, size), np.sqrt(self._weights.effort / size), out=out[:, end:])
         if count:
             errors = out[:, :end]
             self._write_errors(step, record, errors.reshape(n, count, -1))
             errors *= self._scale(count)
+        np.multiply(theta.reshape(n, size), np.sqrt(self._weights.effort / size), out=out[:, end:])
         return out
 
     def _write_errors(self, step: int, record: Record, out: FloatArray) -> None:
