@@ -248,7 +248,7 @@ class MpcController:
                 change = np.concatenate([of_members for _, of_members in tried], axis=1)
                 residuals, failed = self._simulate(0, data, before, [theta for theta, _ in tried], change)
                 for one, (theta, own), errors in zip(starts, tried, residuals):
-                    one.update(theta, own, errors, failed)
+                    one.update(theta, own, errors, failed, final=iteration == s.iterations - 1)
         return np.concatenate([one.finish() for one in starts])
 
     def target(self, step: int, data: mujoco.MjData) -> FloatArray:
@@ -298,7 +298,8 @@ class MpcController:
             tried = [one.search.sample(self._rng, iteration) for one in self._searches]
             residuals, failed = self._simulate(step, data, before, tried)
             improved = [
-                one.search.update(theta, errors, failed) for one, theta, errors in zip(self._searches, tried, residuals)
+                one.search.update(theta, errors, failed, final=iteration == self._settings.iterations - 1)
+                for one, theta, errors in zip(self._searches, tried, residuals)
             ]
             if not all(improved):
                 break  # every sample diverged: keep the plan

@@ -89,13 +89,14 @@ class OffsetSearch:
         noise += centre.ravel()
         return np.concatenate([given, noise.reshape(count, *self.plan.shape)])
 
-    def update(self, theta: FloatArray, residuals: FloatArray, failed: BoolArray) -> bool:
+    def update(self, theta: FloatArray, residuals: FloatArray, failed: BoolArray, final: bool = False) -> bool:
         """Improve the plan by what was simulated so far; False if nothing was usable and the plan stays.
 
         Args:
             theta: as sampled.
             residuals: (samples, R) of each.
             failed: (samples,) which do not count.
+            final: nothing more is sampled for this plan, so of its steps only the best guess is worked out.
         """
         s = self.settings
         # all iterations of a plan begin in the same state, so earlier samples still count
@@ -119,12 +120,12 @@ class OffsetSearch:
         self.kept = self._pool[order[: s.keep]]
         # the damping whose step was the best is the best guess for the next step
         tried = self._costs[self._first_step : self._first_step + len(self._steps)]
-        damping = len(s.damping) // 2 if len(tried) == 0 else int(np.argmin(tried))
-        self._steps = self._gauss_newton(order)
-        self.plan = self._steps[damping]
+        guess = len(s.damping) // 2 if len(tried) == 0 else int(np.argmin(tried))
+        self._steps = self._gauss_newton(order, s.damping[guess : guess + 1] if final else s.damping)
+        self.plan = self._steps[0 if final else guess]
         return True
 
-    def _gauss_newton(self, order: IndexArray) -> FloatArray:
+    def _gauss_newton(self, order: IndexArray, dampings: tuple[float, ...]) -> FloatArray:
         """(dampings, knots, sampled) the best combinations of samples, ordered from the best, if residuals are linear."""
         pool, products = self._pool.reshape(len(self._pool), -1), self._products
         best, others = order[0], order[1:]
@@ -135,7 +136,7 @@ class OffsetSearch:
         length = np.sqrt(squares.sum(axis=1) / self._stds.size)
         usable = length > _SAME
         if not usable.any():
-            return np.repeat(self._pool[best][None], len(self.settings.damping), axis=0)
+            return np.repeat(self._pool[best][None], len(dampings), axis=0)
         if not usable.all():
             others, directions, length = others[usable], directions[usable], length[usable]
         # all directions equally long: a far sample says no more than a near one
@@ -148,8 +149,8 @@ class OffsetSearch:
         gram /= length * length[:, None]
         slope = (at_best - to_best) / length
         unit = gram.trace() / len(gram) + _TINY
-        combined = np.zeros((len(self.settings.damping), len(slope)))
-        for damping, row in zip(self.settings.damping, combined):
+        combined = np.zeros((len(dampings), len(slope)))
+        for damping, row in zip(dampings, combined):
             damped = gram.copy()
             damped.reshape(-1)[:: len(gram) + 1] += damping * unit
             _, solution, failed = dposv(damped, slope)

@@ -44,7 +44,9 @@ class StartSearch:
         """
         return self._split(self._search.sample(rng, iteration))
 
-    def update(self, theta: FloatArray, change: FloatArray, residuals: FloatArray, failed: BoolArray) -> bool:
+    def update(
+        self, theta: FloatArray, change: FloatArray, residuals: FloatArray, failed: BoolArray, final: bool = False
+    ) -> bool:
         """Improve both by what was simulated; False if nothing was usable.
 
         Args:
@@ -52,11 +54,12 @@ class StartSearch:
             change: changes of velocities, as sampled.
             residuals: (samples, R) of each.
             failed: (samples,) which do not count.
+            final: nothing more is sampled in this round.
         """
         free = change.reshape(len(change), -1)[:, self._free]
         price = free / self._std * np.sqrt(PRICE / 6)
         tried = np.concatenate([theta.reshape(len(theta), -1), free], axis=1)[:, None]
-        return self._search.update(tried, np.concatenate([residuals, price], axis=1), failed)
+        return self._search.update(tried, np.concatenate([residuals, price], axis=1), failed, final)
 
     def finish(self) -> FloatArray:
         """Leave the plan to the later search; the change of each root's velocity (bodies, 6) [m/s, rad/s]."""

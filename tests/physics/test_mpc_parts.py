@@ -82,19 +82,20 @@ def test_torques_of_some_steps_have_the_bits_that_they_have_among_all():
             np.testing.assert_array_equal(some, whole[since : (last if until is None else min(until, last)) + 1])
 
 
-def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
+@pytest.mark.parametrize("steps", [24, 22])  # scored at even times, and at the last step too
+def test_cost_is_zero_on_the_reference_and_grows_away_from_it(steps: int) -> None:
     reference = make_reference(library_motion("punch_right"), 1 / 240)
     planner = build_planner(build_scene(), SceneSettings(), 1 / 120)
-    cost = TrackingCost(reference, 2, 1 / 240, 24, planner.dofs[0], planner.bodies[0].feet, CostWeights())
+    cost = TrackingCost(reference, 2, 1 / 240, steps, planner.dofs[0], planner.bodies[0].feet, CostWeights())
     start = 120
-    states = start + 2 * np.arange(1, 25)
-    world = np.zeros((1, 24, 1, 3))
+    states = start + 2 * np.arange(1, steps + 1)
+    world = np.zeros((1, steps, 1, 3))
     lagging = reference.kinematics.xpos[states - 2][None]  # MuJoCo's positions lag the state by one step
     record = {
         "qpos": reference.qpos[states][None],
         "qvel": reference.qvel[states][:, planner.qvel][None],
         "xpos": np.concatenate([world, lagging], axis=2),
-        "xquat": np.concatenate([np.zeros((1, 24, 1, 4)), reference.kinematics.xquat[states - 2][None]], axis=2),
+        "xquat": np.concatenate([np.zeros((1, steps, 1, 4)), reference.kinematics.xquat[states - 2][None]], axis=2),
         "subtree_com": np.repeat(reference.kinematics.com[states - 2][None, :, None], 18, axis=2),
     }
     theta = np.zeros((1, 6, 19))
@@ -114,7 +115,7 @@ def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
     # global and relative errors of the segments alone: their mean over the segments, each with its weight
     nothing = dict.fromkeys((name.name for name in fields(CostWeights) if name.name not in ("final", "instants")), 0.0)
     own = CostWeights(**{**nothing, "position": 60.0, "relative": 200.0})
-    positions = TrackingCost(reference, 2, 1 / 240, 24, planner.dofs[0], planner.bodies[0].feet, own)
+    positions = TrackingCost(reference, 2, 1 / 240, steps, planner.dofs[0], planner.bodies[0].feet, own)
     at, segments = np.random.default_rng(0).normal(0, 0.03, (17, 3)), 17
     moved = {**record, "xpos": record["xpos"] + np.concatenate([np.zeros((1, 3)), at])}
     asked = 60.0 * np.sum(at**2) / segments + 200.0 * np.sum((at - at[0]) ** 2) / segments
@@ -123,7 +124,7 @@ def test_cost_is_zero_on_the_reference_and_grows_away_from_it() -> None:
 
     # feet that turn where they are: no position tells it
     feet = TrackingCost(
-        reference, 2, 1 / 240, 24, planner.dofs[0], (13, 16), CostWeights(**{**nothing, "foot_orientation": 0.6})
+        reference, 2, 1 / 240, steps, planner.dofs[0], (13, 16), CostWeights(**{**nothing, "foot_orientation": 0.6})
     )
     turned = record["xquat"].copy()
     turn = Rotation.from_rotvec([0.0, 0.0, 0.1])
@@ -153,6 +154,20 @@ def test_linear_residuals_are_minimised_by_as_many_samples_as_unknowns() -> None
     assert search.update(tried, tried.reshape(20, 12) @ response.T + constant, none_failed)
     exact = np.linalg.lstsq(response, -constant)[0]
     np.testing.assert_allclose(search.plan.ravel(), exact, atol=1e-5)
+
+
+def test_the_last_iteration_works_out_the_plan_alone() -> None:
+    rng = np.random.default_rng(5)
+    response, constant = rng.standard_normal((30, 12)), rng.standard_normal(30)
+    plans = []
+    for final in (False, True):
+        search, rng = search_of(4, 3), np.random.default_rng(6)
+        for iteration in range(2):
+            tried = search.sample(rng, iteration)
+            found = np.sin(tried.reshape(len(tried), -1) @ response.T) + constant
+            search.update(tried, found, np.zeros(len(tried), dtype=bool), final=final and iteration == 1)
+        plans.append(search.plan)
+    np.testing.assert_array_equal(*plans)
 
 
 def test_a_step_from_few_samples_never_leaves_what_they_span_and_lowers_the_cost() -> None:
