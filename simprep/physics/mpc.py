@@ -332,7 +332,7 @@ class MpcController:
         record, failed = self._rollouts_of(len(control)).run(data, control, change)
         residuals = [self._residuals(step, one, record, theta) for one, theta in zip(self._searches, tried)]
         for errors in residuals:
-            failed |= ~np.isfinite(errors.sum(axis=1))
+            failed |= ~np.isfinite(errors.sum(axis=1))  # finite if all are
         self.rejected += int(np.count_nonzero(failed))
         return residuals, failed
 

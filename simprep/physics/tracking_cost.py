@@ -116,13 +116,13 @@ class TrackingCost:
         out = np.empty((n, end + size))
         if count:
             errors = out[:, :end]
-            self._write_errors(step, record, errors.reshape(n, count, -1))
+            self._write_errors(step, record, errors.reshape(n, count, -1))  # a view
             errors *= self._scale(count)
         np.multiply(theta.reshape(n, size), np.sqrt(self._weights.effort / size), out=out[:, end:])
         return out
 
     def _write_errors(self, step: int, record: Record, out: FloatArray) -> None:
-        """Fill (n, instants, errors) part by part: this runs for every sample, so numbers are moved as little as can be."""
+        """Fill (n, instants, errors) part by part; numbers are moved as little as can be, since every sample pays for it."""
         position, turn, root, com_foot, foot_height, foot_velocity, hinges, foot_turn = (
             out[..., part] for part in self._parts
         )
