@@ -105,6 +105,11 @@ class MpcSettings:
         for name in ("timestep", "horizon", "replan", "knot_spacing"):
             if not getattr(self, name) > 0:
                 raise SettingError(f"mpc: {name} {getattr(self, name)} s; valid: above 0")
+        if not 1.5 * self.timestep <= self.weights.instants <= self.horizon:
+            raise SettingError(
+                f"mpc: weights.instants {self.weights.instants:g} s; valid: 1.5 timesteps to the horizon, "
+                f"{1.5 * self.timestep:.3g} to {self.horizon:g} s"
+            )
         if not self.damping or min(self.damping) <= 0:
             raise SettingError(f"mpc: damping {self.damping}; valid: one or more numbers above 0")
         least_of = {

@@ -281,6 +281,11 @@ def test_impossible_settings_are_refused() -> None:
         MpcSettings(horizon=0)
     with pytest.raises(SettingError, match=r"mpc: refined 2; valid: at least 5"):
         MpcSettings(refined=2)
+    for instants in (0.01, 0.5):  # less than two steps, beyond the horizon
+        with pytest.raises(
+            SettingError, match=r"mpc: weights.instants .* s; valid: 1.5 timesteps to the horizon, 0.0156"
+        ):
+            MpcSettings(weights=CostWeights(instants=instants))
     with pytest.raises(SettingError, match=r"mpc: damping \(0.0,\); valid"):
         MpcSettings(damping=(0.0,))
     with pytest.raises(SettingError, match=r"mpc: harder .*; valid: \(cost, samples, refined\) with ascending costs"):
