@@ -25,14 +25,13 @@ def one_thread(function: Callable[P, R]) -> Callable[P, R]:
 @contextmanager
 def blas_on_one_thread() -> Iterator[None]:
     """The same for a few lines that run often: costs microseconds, and knows the libraries of NumPy and SciPy only."""
-    libraries = _numpy_and_scipy()
-    usual = [library.get_num_threads() for library in libraries]
-    for library in libraries:
+    usual = [(library, threads) for library in _numpy_and_scipy() if (threads := library.get_num_threads()) != 1]
+    for library, _ in usual:
         library.set_num_threads(1)
     try:
         yield
     finally:
-        for library, threads in zip(libraries, usual):
+        for library, threads in usual:
             library.set_num_threads(threads)
 
 
