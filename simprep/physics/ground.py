@@ -43,11 +43,11 @@ class GroundReader:
 
     def read(self, data: mujoco.MjData) -> GroundReading:
         """Forces of all world contacts of the last step; `data` is taken after it."""
-        total = np.zeros(3)
         foot_force = np.zeros((2, 3))
-        moment, load, depth = np.zeros(2), 0.0, 0.0
+        # in plain numbers, as arrays of three cost more than what is reckoned with them
+        total, moment, load, depth = [0.0, 0.0, 0.0], [0.0, 0.0], 0.0, 0.0
         contact = data.contact
-        frames, position = contact.frame.reshape(-1, 3, 3), contact.pos
+        frames, places, distances = contact.frame.reshape(-1, 3, 3), contact.pos.tolist(), contact.dist.tolist()
         for index, geoms in enumerate(contact.geom.tolist()):
             first, second = self._body_of_geom[geoms[0]], self._body_of_geom[geoms[1]]
             body = first or second  # 0 is the world
@@ -58,15 +58,16 @@ class GroundReader:
             force = frames[index].T @ self._buffer[:3]
             if second == 0:
                 force = -force
-            total += force
             if body in self._foot:
                 foot_force[self._foot[body]] += force
+            x, y, z = force.tolist()
+            total = [total[0] + x, total[1] + y, total[2] + z]
             if self._floor in geoms:
-                load += force[2]
-                moment += position[index, :2] * force[2]
-                depth = max(depth, -float(contact.dist[index]))
-        centre = moment / load if load > LEAST_LOAD_N else np.full(2, np.nan)
-        return GroundReading(total, foot_force, centre, depth)
+                load += z
+                moment = [moment[0] + places[index][0] * z, moment[1] + places[index][1] * z]
+                depth = max(depth, -distances[index])
+        centre = np.array(moment) / load if load > LEAST_LOAD_N else np.full(2, np.nan)
+        return GroundReading(np.array(total), foot_force, centre, depth)
 
     def trunk_contacts(self, data: mujoco.MjData) -> list[tuple[int, str]]:
         """Segments of trunk and head that touch the floor: (index in the body's segments, name)."""
