@@ -56,7 +56,7 @@ class Fight(SelfShowing):
         record: what else a report needs: settings, the model's name.
 
     Raises:
-        MotionError: actions that leave gaps, overlap, or do not reach from the first frame to the last.
+        MotionError: actions that leave gaps, overlap, or do not reach from the first frame to the last, or of nobody.
     """
 
     stream: DuelStream
@@ -68,7 +68,11 @@ class Fight(SelfShowing):
     def __post_init__(self) -> None:
         object.__setattr__(self, "actions", tuple(sorted(self.actions, key=lambda one: (one.player, one.start))))
         object.__setattr__(self, "record", MappingProxyType(dict(self.record)))
-        for player in range(len(self.stream.players)):
+        count = len(self.stream.players)
+        strangers = sorted({one.player for one in self.actions} - set(range(count)))
+        if strangers:
+            raise MotionError(f"{self.stream.name}: actions of player {strangers[0]}; valid: 0 to {count - 1}")
+        for player in range(count):
             own = self.of(player)
             edges = [0, *(one.end for one in own)]
             if not own or edges[-1] != len(self.stream) or any(a.start != b for a, b in zip(own, edges)):

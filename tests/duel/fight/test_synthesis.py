@@ -401,3 +401,11 @@ def test_wrong_use_is_refused(examples, choosers, example):
         bout.fight(10**6)
     with pytest.raises(SettingError, match="window_s 0"):
         StitchSettings(window_s=0)
+
+
+def test_a_fight_refuses_actions_that_leave_gaps_or_are_of_nobody(fight):
+    whole = fight.actions
+    with pytest.raises(MotionError, match=r"actions of player 0 do not cover frames 0 to \d+ one after the other"):
+        replace(fight, actions=whole[1:])
+    with pytest.raises(MotionError, match=r"actions of player 2; valid: 0 to 1"):
+        replace(fight, actions=(*whole, replace(whole[-1], player=2)))
