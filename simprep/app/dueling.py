@@ -18,6 +18,7 @@ from simprep.duel.fight.requests import Request
 from simprep.duel.labels.labels import Label
 from simprep.duel.model.fight_model import FightModel
 from simprep.duel.model.structures import PLAYERS
+from simprep.duel.stream.stream import player_name
 from simprep.errors import SettingError
 from simprep.physics.tracker import Tracker
 
@@ -65,8 +66,7 @@ class Dueling:
     def __init__(self, mode: str, seed: int = 0, model: FightModel | None = None, optimise: bool = False) -> None:
         self.fight: FightInMode = begin_fight(model or page_model(), mode, seed)
         self.mode, self._seed, self._optimise = mode, seed, optimise
-        bodies = self.fight.bout.examples.bodies
-        self.characters: tuple[Character, ...] = (bodies[0], bodies[1])
+        self.characters: tuple[Character, ...] = self.fight.bout.examples.bodies
         self.live: LiveFight | None = None
         self._notes: deque[Situation] = deque(maxlen=REMEMBERED)
         self._told = [DrawingChooser(one) for one in self.fight.model.model.players]
@@ -93,8 +93,9 @@ class Dueling:
         """See `Director.begin`."""
         self.live = LiveFight(self.fight, self._seed, tracker, optimise=self._optimise)
         bout = self.fight.bout
-        pair = [one if isinstance(one, RecordedChooser) else _Noting(one, self._notes) for one in bout.choosers]
-        bout.choosers = (pair[0], pair[1])
+        bout.choosers = tuple(
+            one if isinstance(one, RecordedChooser) else _Noting(one, self._notes) for one in bout.choosers
+        )
         self.live.run(1 / bout.fps)  # its first frame takes no time
 
     def advance(self, until_s: float) -> None:
@@ -115,7 +116,7 @@ class Dueling:
             falls = () if self.live is None else self.live.falls
             if any(one.player == player and one.time_s <= time < (one.up_s or np.inf) for one in falls):
                 words = "down; gets up if it can"
-            doing.append(f"{'AB'[player]}: {words}{request}")
+            doing.append(f"{player_name(player)}: {words}{request}")
         return Caption(doing=tuple(doing), chances=self._chances(time), goal=self._goal)
 
     def _chances(self, time: float) -> tuple[tuple[str, float], ...]:
@@ -129,7 +130,7 @@ class Dueling:
             if self.mode == "passive":  # as `ReactingChooser`
                 allowed = narrowed(allowed, ~masks.attacks, masks.neutral)
             chances = self._told[note.player].label_probabilities(note, allowed)
-            best, name = chances.argsort()[::-1][:SHOWN], "AB"[note.player]
+            best, name = chances.argsort()[::-1][:SHOWN], player_name(note.player)
             words = [f"{name}: {Label.from_code(int(masks.codes[one]))}" for one in best]
             self._found = note, tuple(zip(words, chances[best].tolist()))
         return self._found[1]

@@ -15,6 +15,7 @@ from simprep.app.playback import Playback
 from simprep.app.session import SCENES, Session
 from simprep.app.stage import BALL, LAUNCHES
 from simprep.arrays import FloatArray
+from simprep.duel.stream.stream import player_name
 from simprep.errors import MissingExtraError, SimprepError
 from simprep.preparation.scenario import ARMS
 
@@ -307,7 +308,7 @@ def _fallen(moment: Moment, duel: bool, count: int) -> str:
     if not moment.fallen:
         return ""
     if duel:  # the fight waits for who gets up
-        return f"**DOWN**: {', '.join('AB'[one] for one in moment.fallen)}"
+        return f"**DOWN**: {', '.join(map(player_name, moment.fallen))}"
     led = [one // count for one in moment.fallen if one % count == 0]
     if len(moment.bodies) > count and led:
         return f"**FALLEN**: {' and '.join(('in front', 'behind')[one] for one in led)}; begin anew"

@@ -28,8 +28,7 @@ from simprep.duel.fight.passive import ReactingChooser, RecordedChooser, StruckC
 from simprep.duel.fight.posture import posture_of_piece, punching_at
 from simprep.duel.fight.recovery import Recovery
 from simprep.duel.fight.synthesis import CONTEXT
-from simprep.duel.model.structures import PLAYERS
-from simprep.duel.stream.stream import DuelStream
+from simprep.duel.stream.stream import DuelStream, player_name
 from simprep.motion.edit import sample
 from simprep.motion.motion import Motion
 from simprep.physics.run import Run
@@ -128,25 +127,26 @@ class LiveFight:
         self.tracker = tracker or Tracker(self.bout.examples.bodies, preset, seed)
         self.optimised = optimise
         self.wall_s = self.drawing_s = 0.0
-        self._poses: list[FloatArray] = [np.empty((0, 0)), np.empty((0, 0))]  # what bodies follow, frame by frame
+        self._players = range(len(self.bout.examples.bodies))
+        self._poses: list[FloatArray] = [np.empty((0, 0)) for _ in self._players]  # what bodies follow, frame by frame
         self._begun, self._step = False, 0
         self._blows: tuple[Blow, ...] = ()
         self._answered: set[tuple[int, int]] = set()
         self._balance = [BalanceWatch(body, self.bout.fps) for body in self.bout.examples.bodies]
         self._catching: set[int] = set()  # out of balance, and have not chosen yet what to do about it
-        self._calm_s = [0.0, 0.0]  # until when nobody breaks off again
+        self._calm_s = [0.0 for _ in self._players]  # until when nobody breaks off again
         self._pause: int | None = None
-        self._waiting: tuple[list[FloatArray], list[FloatArray]] = ([], [])
+        self._waiting: tuple[list[FloatArray], ...] = tuple([] for _ in self._players)
         self._recovery = Recovery(self.bout.examples.bodies, self.bout.fps, self.settings.tries)
         s = self.settings
         self.bout.settings = replace(self.bout.settings, reach_m=s.reach_m, pace=s.pace, acceleration=s.acceleration)
-        self._struck: list[StruckChooser | None] = [None, None]
+        self._struck: list[StruckChooser | None] = [None for _ in self._players]
         choosers = list(self.bout.choosers)
         for player, own in enumerate(choosers):
             if self.settings.react_s and not isinstance(own, RecordedChooser):
                 reacting = ReactingChooser(made.model.model.players[player])
                 self._struck[player] = choosers[player] = StruckChooser(own, reacting)
-        self.bout.choosers = (choosers[0], choosers[1])
+        self.bout.choosers = tuple(choosers)
 
     @property
     def time(self) -> float:
@@ -165,7 +165,7 @@ class LiveFight:
         steps = round(last / self.tracker.timestep)
         if not self._begun:
             self._begun = True
-            for player in PLAYERS:
+            for player in self._players:
                 self._give(player, 0, 0)
         frame = int(self.time * fps + 1e-6)
         while self._step < steps and not self.tracker.end:
@@ -196,14 +196,14 @@ class LiveFight:
             replace(motion, qpos=self._poses[player][:frames].copy())
             for player, motion in enumerate(fight.stream.players)
         ]
-        stream = replace(fight.stream, players=(motions[0], motions[1]))
+        stream = replace(fight.stream, players=tuple(motions))
         still = [
             replace(one, qpos=self.bout.unmoved(player, frames)) for player, one in enumerate(fight.stream.players)
         ]
-        resting = replace(fight.stream, players=(still[0], still[1]))
+        resting = replace(fight.stream, players=tuple(still))
         if pause is not None:  # they still wait
-            self._pause, self._waiting = pause, (waiting[0], waiting[1])
-            for player in PLAYERS:
+            self._pause, self._waiting = pause, waiting
+            for player in self._players:
                 self.bout.cut(player, pause)
         return LiveResult(fight, replace(fight, stream=stream), resting, self.tracker.run(whole=True), self.falls)
 
@@ -214,7 +214,7 @@ class LiveFight:
         changed: dict[int, int] = {}
         if self._step:
             state = self.tracker.state
-            for player in PLAYERS:
+            for player in self._players:
                 first = self._carry(player, state)
                 if first is not None:
                     changed[player] = first
@@ -274,7 +274,7 @@ class LiveFight:
         _, contacts = self.bout.drawn(player, first)
         qpos = self._poses[player][first:][: len(contacts) - CONTEXT + 1]
         fps, body = self.bout.fps, self.bout.examples.bodies[player]
-        whole = Motion(qpos, fps, contacts[: len(qpos)], name=f"fight_{'AB'[player]}", character=body)
+        whole = Motion(qpos, fps, contacts[: len(qpos)], name=f"fight_{player_name(player)}", character=body)
         self._follow(player, whole, first / fps)
 
     def _better(self, player: int, first: int) -> FloatArray:
@@ -296,7 +296,7 @@ class LiveFight:
         exact = replace(
             motion, qpos=sample(motion, times), fps=1 / step, contacts=motion.contacts[nearest], events={}, loop=False
         )
-        each: list[Motion | None] = [None, None]
+        each: list[Motion | None] = [None for _ in self._players]
         each[player] = exact
         if first == 0:
             self.tracker.extend(*each)
@@ -318,7 +318,7 @@ class LiveFight:
         if self._pause is None:
             self._keep_balance(frame, state)
             return
-        for player in PLAYERS:
+        for player in self._players:
             motion = self._recovery.next_motion(player, self.time, state)
             if motion is not None:
                 self._follow(player, motion, self.time, anew=True)
@@ -344,7 +344,7 @@ class LiveFight:
 
     def _keep_balance(self, frame: int, state: TrackerState) -> None:
         """Who is out of balance on the ground breaks off what he does, and catches himself."""
-        for player in PLAYERS:
+        for player in self._players:
             standing = self.bout.drawn(player, frame)[1][0]
             poses = state.bodies_qpos[player], state.reference_qpos[player]
             off = self._balance[player].error_m(*poses, standing) > self.settings.off_m > 0
@@ -367,7 +367,7 @@ class LiveFight:
         """Who is up waits for who is down."""
         if self._pause is None:
             self._pause = frame
-            for player in PLAYERS:
+            for player in self._players:
                 self.bout.cut(player, frame)
 
     def _resume(self, frame: int) -> None:

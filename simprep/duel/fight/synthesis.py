@@ -27,7 +27,7 @@ from simprep.duel.fight.strikes import bent, strike_of
 from simprep.duel.fight.time_warp import Warp, WarpSettings, fit_warp
 from simprep.duel.model.action_features import FloorFrame, action_parameters, floor_frame
 from simprep.duel.model.tracks import local_joints
-from simprep.duel.stream.stream import DuelStream
+from simprep.duel.stream.stream import DuelStream, player_name
 from simprep.errors import SettingError
 from simprep.motion.edit import yaw
 from simprep.motion.kinematics import Kinematics, forward_kinematics
@@ -83,18 +83,18 @@ class Bout:
     def __init__(
         self,
         examples: ExampleMotions,
-        choosers: tuple[Chooser, Chooser],
+        choosers: tuple[Chooser, ...],
         rng: np.random.Generator,
         start: int | None = None,
         settings: SynthesisSettings | None = None,
     ) -> None:
         self.examples, self.choosers, self.rng = examples, choosers, rng
         self.settings = settings or SynthesisSettings()
-        self._tracks = (FighterTrack(examples.fps), FighterTrack(examples.fps))
+        self._tracks = tuple(FighterTrack(examples.fps) for _ in examples.bodies)
         # the same for an action whenever it is performed
         self._strike_of, self._pace_of = cache(partial(strike_of, examples)), cache(partial(pace_of, examples))
         self.known_s: float | None = None
-        self.astray: list[FloorMove | None] = [None, None]
+        self.astray: list[FloorMove | None] = [None for _ in examples.bodies]
         self.start = start = examples.start_frame(rng) if start is None else start
         for player, index in enumerate(examples.at(start)):
             self._begin(player, index, start)
@@ -105,9 +105,9 @@ class Bout:
         return self.examples.fps
 
     @property
-    def ends(self) -> tuple[int, int]:
+    def ends(self) -> tuple[int, ...]:
         """Frame at which the current action of each fighter ends and the next is due."""
-        return self._tracks[0].current.action.end, self._tracks[1].current.action.end
+        return tuple(track.current.action.end for track in self._tracks)
 
     @property
     def frame(self) -> int:
@@ -122,7 +122,7 @@ class Bout:
     @property
     def due(self) -> int:
         """Fighter whose choice is next: 0 where both are due."""
-        return int(self.ends[1] < self.ends[0])
+        return int(np.argmin(self.ends))
 
     def current(self, player: int) -> FightAction:
         """What a fighter performs."""
@@ -191,7 +191,7 @@ class Bout:
         Raises:
             SettingError: another frame.
         """
-        first = max(self.current(0).start, self.current(1).start)
+        first = max(track.current.action.start for track in self._tracks)
         track = self._tracks[player]
         last = track.current
         if not max(first + 1, last.action.start + 2) <= frame < last.action.end:
@@ -268,22 +268,22 @@ class Bout:
         if not 2 <= frames <= self.frame:
             raise SettingError(f"{frames} frames; valid: 2 to {self.frame}")
         motions, actions = [], []
-        for who, track in zip("AB", self._tracks):
+        for player, (track, body) in enumerate(zip(self._tracks, self.examples.bodies)):
             motions.append(
                 Motion(
                     track.qpos[:frames],
                     self.fps,
                     track.contacts[:frames],
-                    name=f"{name}_{who}",
+                    name=f"{name}_{player_name(player)}",
                     source="synthesised from recorded actions",
-                    character=self.examples.bodies["AB".index(who)],
+                    character=body,
                 )
             )
             for one in track.done:
                 if one.action.start < frames:
                     moment = one.action.moment if one.action.moment < frames else NONE
                     actions.append(replace(one.action, end=min(one.action.end, frames), moment=moment))
-        return Fight(DuelStream((motions[0], motions[1]), name=name), tuple(actions), mode, seed)
+        return Fight(DuelStream(tuple(motions), name=name), tuple(actions), mode, seed)
 
     def _begin(self, player: int, index: int, start: int) -> None:
         """The rest of a recorded action, where it was recorded."""
@@ -375,7 +375,7 @@ class Bout:
 
 def synthesise(
     examples: ExampleMotions,
-    choosers: tuple[Chooser, Chooser],
+    choosers: tuple[Chooser, ...],
     seconds: float,
     rng: np.random.Generator,
     start: int | None = None,
