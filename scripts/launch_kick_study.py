@@ -29,6 +29,11 @@ from simprep.preparation.scenario import scenario
 from simprep.report.results import provenance
 
 LEVEL, BEFORE_S, DIRECTIONS = 0.5, 1.5, 8
+KEPT = (
+    "motion", "direction_deg", "seed", "done", "end", "end_reason", "survived_s", "duration_s", "mpjpe_mm", "g_mpjpe_mm", "farthest_m",
+    "assist_n", "kick_mps", "yardsticks",
+)  # fmt: skip
+"""What is written of a run."""
 Job = tuple[str, float, int, float, str]
 
 
@@ -114,7 +119,7 @@ def main() -> int:
         **provenance(sys.argv),
         "preset": options.preset,
         "yardstick_s": yardstick_s,
-        "runs": rows,
+        "runs": [{key: row[key] for key in KEPT} for row in rows],
     }
     save_study(options.out, "launch_kicks", content, markdown(rows, options.preset, options.speed))
     return 0

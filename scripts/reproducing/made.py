@@ -63,6 +63,7 @@ EVERYTHING = (
             "mass +10 %", "motors -15 %", "friction 0.6", "friction 1.2", "delay 10 ms", "-o", "{out}",
         ), "robustness.json", 30,
     ),
+    Made("launch_kicks", "launch_kicks", ("scripts/launch_kick_study.py", "-o", "{out}"), "launch_kicks.json", 60),
     _experiment("ball_kick", 5),
     _experiment("two_opponents", 4),
     _experiment("obstacle_course", 10, seeds=6),
@@ -72,7 +73,10 @@ EVERYTHING = (
     Made("fights", "fights", ("scripts/fight_study.py", "--bouts", "10", "--seconds", "60", "-o", "{out}"), "study.json", 15),
     Made(
         "fight_feedback", "fight_feedback",
-        ("scripts/fight_physics_study.py", "--bouts", "10", "--seconds", "60", "--first-seed", "100", "-o", "{out}"),
+        (
+            "scripts/fight_physics_study.py", "--bouts", "10", "--seconds", "60", "--first-seed", "100", "--arms", "planned",
+            "planned_optimised", "feedback", "feedback_optimised", "feedback_through", "-o", "{out}",
+        ),
         "fight_physics.json", 120,
     ),
     Made(
