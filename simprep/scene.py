@@ -11,7 +11,7 @@ from simprep.errors import SettingError
 from simprep.humanoid_model import humanoid
 
 DEFAULT_TIMESTEP_S = 1.0 / 480.0
-"""Half of it moves the medians of paired runs by under 6 % (`scripts/timestep_study.py`; distances to an edge, which are near 0,
+"""Half of it moves the medians of paired runs by under 5 % (`scripts/timestep_study.py`; distances to an edge, which are near 0,
 by 5 mm or less), twice by up to a fifth."""
 DEFAULT_FRICTION = 1.0
 FLOOR_BIT = 1
