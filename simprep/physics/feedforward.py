@@ -13,7 +13,7 @@ LEAD_S = 0.5
 
 
 class Feedforward:
-    """Targets of all bodies' servos for tracking references without any correction; first of all, `follow` names them.
+    """Targets of all bodies' servos for tracking references without any correction. Call `follow` before anything else.
 
     Args:
         task: who tracks, and in what model.
@@ -31,15 +31,15 @@ class Feedforward:
         """Lead other references from now on.
 
         Args:
-            references: of each body.
-            first: the first step that is asked for from now on.
+            references: of each body, at the world's steps, 0 to N.
+            first: the first of these steps that is asked for from now on.
         """
         targets = [feedforward_targets(one, body) for one, body in zip(references, self._bodies)]
         self.targets = np.concatenate(targets, axis=1)
         self._references, self._led = references, first
 
     def lead(self, until: int) -> None:
-        """Let the targets lead by the torques up to a step, and somewhat beyond."""
+        """Let the targets lead by the torques up to a step of the world, and `LEAD_S` beyond."""
         first, end = self._led, len(self.targets) - 1
         if self._torque_share <= 0 or first > min(until, end):
             return
