@@ -193,14 +193,13 @@ def bout(
 ) -> FightResults:
     """One bout of one arm."""
     made = begin_fight(model, seed=seed, examples=examples)
-    optimise = arm.endswith("_optimised")
+    optimise, meet = arm.endswith("_optimised"), not arm.endswith("_through")
+    physics = SimulationSettings(SceneSettings(bodies_meet=meet), mpc=MPC_PRESETS[options.preset])
     if arm.startswith("planned"):
         made.run(options.seconds)
         fight = made.fight(options.seconds)
-        return evaluate_fight(fight, recorded, True, optimise, seed, tick, None, MPC_PRESETS[options.preset])
-    meet = not arm.endswith("_through")
-    physics = SimulationSettings(scene=SceneSettings(bodies_meet=meet))
-    tracker = Tracker(examples.bodies, options.preset, seed, settings=physics)
+        return evaluate_fight(fight, recorded, True, optimise, seed, tick, None, physics)
+    tracker = Tracker(examples.bodies, None, seed, settings=physics)
     live = LiveFight(made, seed, tracker, optimise=optimise)
     live.run(options.seconds, tick)
     return evaluate_live(live, recorded, meet)

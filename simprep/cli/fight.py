@@ -107,6 +107,7 @@ class FightCommand(BaseCommand):
             examples = None if self.mode == "passive" else ExampleMotions.of(model.stream, model.model)
             made = begin_fight(model, self.mode, self.seed, "AB".index(self.player), asked, examples)
             bar.update(task, description="fight", completed=0.0)
+            settings = SimulationSettings(SceneSettings(gloves=self.gloves), mpc=MPC_PRESETS[self.preset])
 
             def progress(share: float) -> None:
                 bar.update(task, completed=share)
@@ -125,12 +126,10 @@ class FightCommand(BaseCommand):
                     self.seed,
                     progress,
                     len(fight.stream) / wall_s,
-                    MPC_PRESETS[self.preset],
-                    self.gloves,
+                    settings,
                 )
             else:
-                settings = SimulationSettings(SceneSettings(gloves=self.gloves))
-                tracker = Tracker(made.bout.examples.bodies, self.preset, self.seed, settings=settings)
+                tracker = Tracker(made.bout.examples.bodies, None, self.seed, settings=settings)
                 live = LiveFight(made, self.seed, tracker, optimise=not self.no_optimise)
                 live.run(self.seconds, progress)
                 bar.update(task, description="metrics", completed=0.0)

@@ -16,11 +16,9 @@ from simprep.duel.stream.stream import DuelStream
 from simprep.metrics.interaction.distributions import Distributions, distributions
 from simprep.metrics.interaction.run import RunMetrics, falls_of_run, run_metrics, simulated_stream
 from simprep.metrics.interaction.stream import InteractionMetrics, facings, interaction_metrics, plain
-from simprep.physics.mpc import MpcSettings
 from simprep.physics.run import Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import simulate
-from simprep.scene import SceneSettings
 
 SCHEMA = "simprep.fight/1"
 STRIDE = 10
@@ -132,8 +130,7 @@ def evaluate_fight(
     seed: int = 0,
     progress: Callable[[float], None] | None = None,
     fps_kinematic: float | None = None,
-    mpc: MpcSettings | None = None,
-    gloves: bool = False,
+    settings: SimulationSettings | None = None,
 ) -> FightResults:
     """Measure a fight and simulate it.
 
@@ -145,15 +142,13 @@ def evaluate_fight(
         seed: of the controller.
         progress: called with the share of the simulation that is done.
         fps_kinematic: how fast it was made, for the record.
-        mpc: configuration of the controller; None: the default.
-        gloves: the fighters wear boxing gloves (`SceneSettings.gloves`).
+        settings: scene and controller; None: the defaults.
     """
     kinematic = interaction_metrics(fight.stream, fight.table, fight.codes, recorded)
     made = FightResults(fight, kinematic, fps_kinematic)
     if not physics:
         return made
     tracked, posture = optimise_fight_posture(fight) if optimise else (fight, None)
-    settings = SimulationSettings(SceneSettings(gloves=gloves), mpc=mpc or MpcSettings())
     run = simulate(tracked.stream.players, "mpc", seed, settings, progress)
     contacts = judge(run.contacts, tracked)
     simulated = run_metrics(run, tracked, recorded)
