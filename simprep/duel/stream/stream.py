@@ -221,7 +221,7 @@ def _distances(stream: DuelStream) -> FloatArray:
 
 
 def _apart(stream: DuelStream) -> FloatArray:
-    """The same, infinite from oneself: nobody is the own opponent."""
+    """`_distances` (T, N, N) [m], but infinite from a person to itself: nobody is the own opponent."""
     distance = _distances(stream)
     own = np.arange(distance.shape[1])
     distance[:, own, own] = np.inf
