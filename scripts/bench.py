@@ -58,7 +58,8 @@ from simprep.motion.edit import move
 from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.load import load_motion
 from simprep.physics.controller import ControlTask
-from simprep.physics.mpc import MPC_PRESETS, MpcController
+from simprep.physics.mpc import MpcController
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import simulate, track
 from simprep.physics.yardstick import Yardstick, best_rate

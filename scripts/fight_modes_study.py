@@ -25,7 +25,7 @@ from simprep.duel.model.structures import REQUESTS
 from simprep.metrics.paired import bootstrap_median
 from simprep.motion.edit import yaw
 from simprep.motion.turns import turned
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.report.results import provenance
 
 SCHEMA = "simprep.fight_modes_study/1"

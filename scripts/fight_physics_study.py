@@ -40,7 +40,7 @@ from simprep.metrics.interaction.distributions import Distributions, distributio
 from simprep.metrics.interaction.evaluate import FightResults, evaluate_fight, evaluate_live, recorded_facing
 from simprep.metrics.interaction.stream import plain
 from simprep.metrics.paired import bootstrap_median
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.store import save_run
 from simprep.physics.tracker import Tracker

@@ -23,7 +23,7 @@ from measuring.save import save_study
 from simprep.library import library_motion
 from simprep.motion.edit import cut, repeat
 from simprep.motion.motion import Motion
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
 from simprep.preparation.prepare import prepare
 from simprep.preparation.settings import PreparationSettings

@@ -21,7 +21,7 @@ from simprep.errors import SimprepError
 from simprep.library import library_motion, library_names
 from simprep.motion.edit import cut
 from simprep.motion.motion import Motion
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.pushes import Kick
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.yardstick import Yardstick

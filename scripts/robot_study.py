@@ -21,7 +21,7 @@ from simprep.cli.resolve import select
 from simprep.errors import SimprepError
 from simprep.motion.load import import_motion
 from simprep.motion.motion import Motion
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.yardstick import Yardstick
 from simprep.report.results import provenance

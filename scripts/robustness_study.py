@@ -23,7 +23,7 @@ from measuring.save import save_study
 from simprep.errors import SimprepError
 from simprep.motion.motion import Motion
 from simprep.physics.mismatch import Mismatch
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.pushes import random_kicks
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.yardstick import Yardstick

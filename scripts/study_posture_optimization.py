@@ -26,7 +26,7 @@ from posture_optimization.page import posture_page
 from posture_optimization.report import answer, report_text
 from simprep.errors import SimprepError
 from simprep.files import atomic_path
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.named_controllers import CONTROLLERS
 from simprep.report.page import write_report
 from simprep.report.replay.actor import Replay

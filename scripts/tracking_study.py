@@ -25,7 +25,7 @@ from measuring.save import save_study
 from simprep.errors import SimprepError
 from simprep.library import library_names
 from simprep.motion.motion import Motion
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.yardstick import Yardstick
 from simprep.report.results import provenance

@@ -52,8 +52,8 @@ if TYPE_CHECKING:
     from simprep.physics.controller import Controller as Controller
     from simprep.physics.controller import ControlTask as ControlTask
     from simprep.physics.mismatch import Mismatch as Mismatch
-    from simprep.physics.mpc import MPC_PRESETS as MPC_PRESETS
-    from simprep.physics.mpc import MpcSettings as MpcSettings
+    from simprep.physics.mpc_settings import MPC_PRESETS as MPC_PRESETS
+    from simprep.physics.mpc_settings import MpcSettings as MpcSettings
     from simprep.physics.pushes import Kick as Kick
     from simprep.physics.pushes import Push as Push
     from simprep.physics.pushes import random_kicks as random_kicks
@@ -88,8 +88,8 @@ _EXPORTS = {
     "MotionFileError": "simprep.errors",
     "Kick": "simprep.physics.pushes",
     "Mismatch": "simprep.physics.mismatch",
-    "MPC_PRESETS": "simprep.physics.mpc",
-    "MpcSettings": "simprep.physics.mpc",
+    "MPC_PRESETS": "simprep.physics.mpc_settings",
+    "MpcSettings": "simprep.physics.mpc_settings",
     "Policy": "simprep.controller.policy",
     "PreparationSettings": "simprep.preparation.settings",
     "Push": "simprep.physics.pushes",

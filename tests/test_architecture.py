@@ -34,6 +34,7 @@ BASE = (
     "geoms",
     "humanoid_model",
     "primitive_robot",
+    "random_seed",
     "robots",
     "scene",
     "threads",

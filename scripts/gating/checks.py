@@ -7,7 +7,7 @@ from simprep.metrics.evaluate import evaluate_motion, evaluate_run
 from simprep.metrics.metric import Metrics
 from simprep.motion.edit import cut, repeat
 from simprep.motion.motion import Motion
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.pushes import Push
 from simprep.physics.run import Run
 from simprep.physics.settings import SimulationSettings

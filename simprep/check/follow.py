@@ -9,7 +9,7 @@ from simprep.check.mend import in_range
 from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.edit import repeat
 from simprep.motion.motion import Motion
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.run import DONE, Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import track

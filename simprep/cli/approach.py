@@ -142,7 +142,7 @@ class Approach(BaseCommand):
 
     def _track(self, motion: Any, output: Output) -> tuple[Any, dict[str, Any], Path]:
         from simprep.metrics.evaluate import evaluate_run
-        from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.mpc_settings import MPC_PRESETS
         from simprep.physics.settings import SimulationSettings
         from simprep.physics.simulate import track
         from simprep.physics.store import RUN_FILE, save_run

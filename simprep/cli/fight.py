@@ -87,7 +87,7 @@ class FightCommand(BaseCommand):
             recorded_distributions,
             recorded_facing,
         )
-        from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.mpc_settings import MPC_PRESETS
         from simprep.physics.settings import SimulationSettings
         from simprep.physics.tracker import Tracker
         from simprep.physics.yardstick import Yardstick
@@ -174,8 +174,6 @@ class FightCommand(BaseCommand):
 
         if not 0.1 <= self.seconds <= LONGEST_S:
             raise SettingError(f"--seconds {self.seconds:g}; valid: 0.1 to {LONGEST_S:g}")
-        if self.seed < 0:
-            raise SettingError(f"--seed {self.seed}; valid: 0 or more")
         if self.gloves and self.no_physics:
             raise SettingError("--gloves with --no-physics; valid: with a simulation, in which hands touch")
         if self.yardstick and self.no_physics:

@@ -22,6 +22,8 @@ class Import(BaseCommand):
     Example: simprep import walk.bvh -o walk.npz
     """
 
+    OUT_IS_FILE = True
+
     file: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="FILE", help_behavior_hint="")]
     """The motion file, or a folder with one .npz of simprep."""
 

@@ -90,6 +90,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:  # the reader of our output closed it, as `head` does
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return FAILED
+    except OSError as error:  # a full disk, a folder that is not ours
+        print(f"simprep: {error.filename or 'input or output'}: {error.strerror or error}", file=sys.stderr)
+        return USAGE
     return OK
 
 

@@ -2,15 +2,19 @@
 
 import contextlib
 import json
+import os
 import sys
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import tyro
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 from rich.table import Table
+
+from simprep.errors import SettingError
 
 if TYPE_CHECKING:
     from simprep.motion.motion import Motion
@@ -24,7 +28,7 @@ Preset = Annotated[
     Literal["live", "default", "bake"],
     tyro.conf.arg(help="How much mpc computes: live least, bake most. docs/tracking.md has cost and error of each."),
 ]
-"""Names of `simprep.physics.mpc.MPC_PRESETS`, which is slow to import."""
+"""Names of `simprep.physics.mpc_settings.MPC_PRESETS`, which is slow to import."""
 Robot = Annotated[
     str | None,
     tyro.conf.arg(
@@ -114,11 +118,23 @@ class Output:
 class BaseCommand(ABC):
     """A command of the command line, whose options are its fields."""
 
+    OUT_IS_FILE: ClassVar[bool] = False
+    """Whether the option `out` names a file; otherwise a folder."""
+
     json: bool
     quiet: bool
 
     def run(self) -> Any:
-        """Do the work, print the machine-readable result where it was asked for, and return it."""
+        """Do the work, print the machine-readable result where it was asked for, and return it.
+
+        Raises:
+            SettingError: a seed below 0, or no place to write to; said before the work, which may take hours.
+        """
+        seed, out = getattr(self, "seed", None), getattr(self, "out", None)
+        if seed is not None and seed < 0:
+            raise SettingError(f"--seed {seed}; valid: 0 or more")
+        if out is not None:
+            _check_place(out, self.OUT_IS_FILE)
         output = Output(self.json, self.quiet)
         with output.stdout_reserved():
             content = self._run(output)
@@ -128,6 +144,18 @@ class BaseCommand(ABC):
     @abstractmethod
     def _run(self, output: Output) -> Mapping[str, Any] | Sequence[Any]:
         """What the command does; it prints for people itself, and returns what `--json` prints."""
+
+
+def _check_place(out: Path, is_file: bool) -> None:
+    """SettingError where a file or folder cannot be written, because a file is in its way or the folder is not ours."""
+    if is_file and out.is_dir():
+        raise SettingError(f"-o {out}: a folder; valid: a file")
+    folder = out.parent if is_file else out
+    there = next((one for one in (folder, *folder.parents) if one.exists()), Path("."))
+    if not there.is_dir():
+        raise SettingError(f"-o {out}: {there} is a file; valid: a folder")
+    if not os.access(there, os.W_OK | os.X_OK):
+        raise SettingError(f"-o {out}: {there} cannot be written to")
 
 
 def _console(stream: Any) -> Console:

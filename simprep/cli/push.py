@@ -34,6 +34,12 @@ class PushCommand(BaseCommand):
     directions: int = 8
     """How many directions, evenly around the body. 0 degrees points forward, 90 to the left."""
 
+    direction: Annotated[tuple[float, ...], tyro.conf.arg(metavar="DEGREES", help_behavior_hint="")] = ()
+    """Only these directions, instead of --directions."""
+
+    force: Annotated[float | None, tyro.conf.arg(metavar="NEWTON", help_behavior_hint="")] = None
+    """Try this force only: its limit is the force itself where it is survived, else 0."""
+
     duration: float = 0.2
     """How long the force acts [s]."""
 
@@ -71,7 +77,7 @@ class PushCommand(BaseCommand):
 
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.cli.resolve import DEFAULT_LOOP_S, resolve_motion, select
-        from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.mpc_settings import MPC_PRESETS
         from simprep.physics.settings import SimulationSettings
         from simprep.report.gl import pictures_or_warning
         from simprep.report.page import write_report
@@ -84,14 +90,16 @@ class PushCommand(BaseCommand):
         motion = resolve_motion(self.motion, output.warn, self.library, self.robot)
         at = self._at(motion, DEFAULT_LOOP_S / 2 if motion.loop else motion.duration / 2)
         segment = motion.character.roles.get(self.segment, self.segment)
-        wishes = (self.duration, segment, self.largest, self.tolerance, tuple(range(self.seeds)))
-        settings = PushSettings(at, tuple(360 * k / self.directions for k in range(self.directions)), *wishes)
+        forces = (self.largest, self.tolerance) if self.force is None else (self.force, self.force)
+        wishes = (self.duration, segment, *forces, tuple(range(self.seeds)))
+        angles = self.direction or tuple(360 * k / self.directions for k in range(self.directions))
+        settings = PushSettings(at, angles, *wishes)
         # a loop goes on as long as the push needs, within reason
         seconds = min(max(DEFAULT_LOOP_S, at + self.duration + AFTER_S), 600.0) if motion.loop else None
         motion = select(motion, None, seconds, output.warn)
         runs = LimitRuns()
         with output.progress() as bar:
-            task = bar.add_task("without a push", total=self.directions * self.seeds)
+            task = bar.add_task("without a push", total=len(angles) * self.seeds)
             limits = push_limits(
                 motion,
                 settings,
@@ -103,7 +111,7 @@ class PushCommand(BaseCommand):
         if fallen := sum(limits.fell_unpushed):
             output.warn(f"{motion.name} falls without any push with {fallen} of {self.seeds} seeds; their largest is 0")
         if any(table["at_least"]):
-            output.warn(f"the largest force tried, {self.largest:g} N, was survived; the limit may lie above it")
+            output.warn(f"the largest force tried, {settings.largest_n:g} N, was survived; the limit may lie above it")
         if limits.watched_s < AFTER_S - 0.1:
             output.warn(f"{motion.name} ends {limits.watched_s:.2f} s after the push; a later fall is not seen")
         title = f"{motion.name}: largest push survived, {self.duration:g} s on {self.segment} at {at:.2f} s"

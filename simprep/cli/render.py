@@ -26,6 +26,8 @@ class Render(BaseCommand):
     Example: simprep render results/track/walk_mpc -o walk.mp4
     """
 
+    OUT_IS_FILE = True
+
     file: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="FILE", help_behavior_hint="")]
     """A run (run.npz), a motion or a stream of people; the folder of a result; any motion file (docs/formats.md); or the name
     of a motion of the library."""

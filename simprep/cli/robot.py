@@ -57,6 +57,8 @@ class Describe(BaseCommand):
     Example: simprep robot describe my_robot.xml -o my_robot.toml
     """
 
+    OUT_IS_FILE = True
+
     model: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="MJCF", help_behavior_hint="")]
     """The robot's model file, .xml, looking along x with z up."""
 

@@ -71,7 +71,7 @@ class StabilityCommand(BaseCommand):
     def _run(self, output: Output) -> dict[str, Any]:
         from simprep.cli.resolve import resolve_motion, select
         from simprep.errors import SettingError, UnknownNameError
-        from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.mpc_settings import MPC_PRESETS
         from simprep.physics.settings import SimulationSettings
         from simprep.report.gl import pictures_or_warning
         from simprep.report.page import write_report

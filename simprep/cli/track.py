@@ -95,9 +95,10 @@ class Track(BaseCommand):
         motion = select(
             resolve_motion(self.motion, output.warn, self.library, self.robot), self.frames, self.seconds, output.warn
         )
+        from simprep.errors import SettingError
         from simprep.metrics.evaluate import evaluate_run
-        from simprep.physics.mismatch import Mismatch
-        from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.mismatch import LONGEST_DELAY_S, Mismatch
+        from simprep.physics.mpc_settings import MPC_PRESETS
         from simprep.physics.pushes import random_kicks
         from simprep.physics.settings import SimulationSettings
         from simprep.physics.simulate import track
@@ -106,6 +107,10 @@ class Track(BaseCommand):
         from simprep.report.results import provenance, save_json
         from simprep.report.run_page import run_page
 
+        if not 0 <= self.delay_ms <= 1000 * LONGEST_DELAY_S:
+            raise SettingError(f"--delay-ms {self.delay_ms:g}; valid: 0 to {1000 * LONGEST_DELAY_S:g}")
+        if self.kicks is not None and self.kicks < 0:
+            raise SettingError(f"--kicks {self.kicks}; valid: a seed, 0 or more")
         settings = SimulationSettings(
             mpc=MPC_PRESETS[self.preset],
             kicks=() if self.kicks is None else random_kicks(self.kicks, motion.duration),

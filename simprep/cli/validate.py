@@ -103,7 +103,7 @@ class Validate(BaseCommand):
 
     def _run(self, output: Output) -> dict[str, Any]:
         plan = self._plan(output)  # a bad file fails before the imports
-        from simprep.physics.mpc import MPC_PRESETS
+        from simprep.physics.mpc_settings import MPC_PRESETS
         from simprep.physics.settings import SimulationSettings
         from simprep.report.page import write_report
         from simprep.report.results import provenance

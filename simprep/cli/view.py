@@ -25,6 +25,8 @@ class View(BaseCommand):
     Example: simprep view results/track/walk_mpc
     """
 
+    OUT_IS_FILE = True
+
     file: Annotated[tyro.conf.Positional[str], tyro.conf.arg(metavar="FILE", help_behavior_hint="")]
     """A run (run.npz), a motion or a stream of people; the folder or the metrics.json of a result; any motion file
     (docs/formats.md); or the name of a motion of the library."""

@@ -12,6 +12,8 @@ from simprep.errors import SettingError
 from simprep.physics.bodies import SceneBody
 from simprep.scene import SceneSettings, build_scene
 
+LONGEST_DELAY_S = 0.2
+"""Oldest states that a controller may be told [s]."""
 _NOISE = {"position": 0.01, "orientation": 0.02, "hinges": 0.01, "velocity": 0.1, "spin": 0.2, "hinge_velocity": 0.5}
 """Standard deviations at noise 1 [m, rad, rad, m/s, rad/s, rad/s]: what robot learners usually train with."""
 
@@ -44,7 +46,7 @@ class Mismatch:
             ("mass_scale", self.mass_scale, 0.2, 5.0),
             ("friction", friction, 0.01, 5.0),
             ("strength", self.strength, 0.05, 10.0),
-            ("delay_s", self.delay_s, 0.0, 0.2),
+            ("delay_s", self.delay_s, 0.0, LONGEST_DELAY_S),
             ("noise", self.noise, 0.0, 20.0),
         ):
             if not low <= value <= high:

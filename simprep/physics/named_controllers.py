@@ -5,7 +5,8 @@ from functools import partial
 from simprep.errors import SettingError, UnknownNameError
 from simprep.physics.balance import BalanceController
 from simprep.physics.controller import ControllerFactory, PdController
-from simprep.physics.mpc import MpcController, MpcSettings
+from simprep.physics.mpc import MpcController
+from simprep.physics.mpc_settings import MpcSettings
 
 CONTROLLERS = ("pd", "balance", "mpc")
 """Controllers known by name."""

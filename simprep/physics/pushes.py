@@ -8,6 +8,7 @@ import numpy as np
 
 from simprep.errors import SettingError
 from simprep.physics.bodies import SceneBody
+from simprep.random_seed import checked_seed
 
 KICK_EVERY_S = (1.0, 3.0)
 KICK_MPS = (0.5, 0.5, 0.2)
@@ -25,12 +26,20 @@ class Push:
         start: time of its beginning [s].
         duration: how long [s].
         force: (x, y, z) in the world frame, at the segment's COM [N].
+
+    Raises:
+        SettingError: times or a force that are no such numbers.
     """
 
     body: str
     start: float
     duration: float
     force: tuple[float, float, float]
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.start) and 0 < self.duration < np.inf):
+            raise SettingError(f"push at {self.start} s for {self.duration} s; valid: numbers, the second above 0")
+        _check_vector("push: force", self.force)
 
 
 @dataclass(frozen=True)
@@ -42,12 +51,21 @@ class Kick:
         velocity: (x, y, z) added, in the world frame [m/s].
         spin: (x, y, z) added, in the root's frame [rad/s].
         body: number of the body in the scene.
+
+    Raises:
+        SettingError: a time or changes that are no such numbers.
     """
 
     time: float
     velocity: tuple[float, float, float]
     spin: tuple[float, float, float] = (0.0, 0.0, 0.0)
     body: int = 0
+
+    def __post_init__(self) -> None:
+        if not np.isfinite(self.time):
+            raise SettingError(f"kick at {self.time} s; valid: a number")
+        _check_vector("kick: velocity", self.velocity)
+        _check_vector("kick: spin", self.spin)
 
 
 def random_kicks(seed: int, duration: float, body: int = 0) -> tuple[Kick, ...]:
@@ -57,8 +75,13 @@ def random_kicks(seed: int, duration: float, body: int = 0) -> tuple[Kick, ...]:
         seed: of the random numbers.
         duration: no kick is later [s].
         body: who is kicked.
+
+    Raises:
+        SettingError: a seed that is no whole number from 0 on, or a duration that is no number.
     """
-    rng = np.random.default_rng(seed)
+    if not np.isfinite(duration):
+        raise SettingError(f"kicks for {duration} s; valid: a number")
+    rng = np.random.default_rng(checked_seed(seed))
     kicks, time = [], float(rng.uniform(*KICK_EVERY_S))
     while time < duration:
         velocity, spin = ((rng.uniform(-1, 1, 3) * most).tolist() for most in (KICK_MPS, KICK_RADPS))
@@ -111,6 +134,11 @@ class PushApplier:
             root[3:] += kick.spin
             self.kick_mps = max(self.kick_mps, float(np.linalg.norm(kick.velocity)))
             self.kick_radps = max(self.kick_radps, float(np.linalg.norm(kick.spin)))
+
+
+def _check_vector(what: str, vector: Sequence[float]) -> None:
+    if np.shape(vector) != (3,) or not np.isfinite(vector).all():
+        raise SettingError(f"{what} {vector}; valid: three numbers, x y z")
 
 
 def _body_id(model: mujoco.MjModel, name: str) -> int:

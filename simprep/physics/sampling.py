@@ -19,7 +19,7 @@ _TINY = 1e-12
 
 @dataclass(frozen=True)
 class SearchSettings:
-    """How a plan is improved; the entries are those of `simprep.physics.mpc.MpcSettings`."""
+    """How a plan is improved; the entries are those of `simprep.physics.mpc_settings.MpcSettings`."""
 
     samples: int
     refined: int

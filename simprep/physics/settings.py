@@ -4,7 +4,7 @@ from dataclasses import dataclass, field
 
 from simprep.physics.falls import FallRule
 from simprep.physics.mismatch import Mismatch
-from simprep.physics.mpc import MpcSettings
+from simprep.physics.mpc_settings import MpcSettings
 from simprep.physics.pushes import Kick, Push
 from simprep.physics.reference import ReferenceSettings
 from simprep.scene import SceneSettings

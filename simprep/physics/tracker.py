@@ -30,7 +30,7 @@ from simprep.physics.contacts import BodyContact, ContactReader, merge_touches
 from simprep.physics.controller import Controller, ControllerFactory, ControlTask
 from simprep.physics.falls import divergence, fall
 from simprep.physics.mismatch import Mismatch, Observer
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.named_controllers import controller_factory
 from simprep.physics.overlap import overlap_of_poses
 from simprep.physics.pushes import Push, PushApplier
@@ -41,6 +41,7 @@ from simprep.physics.run import DIVERGED, DONE, FELL, Assist, BodyRun, Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.speed_guard import SpeedGuard
 from simprep.physics.tracker_state import TrackerState
+from simprep.random_seed import checked_seed
 from simprep.scene import build_scene
 
 ASK_S = 1.0
@@ -74,7 +75,7 @@ class Tracker:
 
     Raises:
         UnknownNameError: no such preset or controller.
-        SettingError: no body or too many, or something that is no controller.
+        SettingError: no body or too many, something that is no body or no controller, or no seed.
     """
 
     def __init__(
@@ -93,7 +94,11 @@ class Tracker:
                 raise UnknownNameError("preset", preset, tuple(MPC_PRESETS))
             settings = replace(settings, mpc=MPC_PRESETS[preset])
         self._factory = controller_factory(controller, settings.mpc)
-        bodies = (characters,) if isinstance(characters, Character) else tuple(characters)
+        bodies = tuple(characters) if isinstance(characters, Sequence) else (characters,)
+        for one in bodies:
+            if not isinstance(one, Character):
+                raise SettingError(f"{one!r} is no body; valid: a Character, as of simprep.humanoid(), or several")
+        checked_seed(seed)
         self._settings, self._seed, self._stands, self._records = settings, seed, stands, records
         self._scene = replace(settings.scene, bodies=bodies)
         self.model = settings.mismatch.world(self._scene)
@@ -182,12 +187,15 @@ class Tracker:
 
         Raises:
             MotionError: a motion of another body, of one frame, or one that begins too far away.
-            SettingError: not one for each body, or a time that is past.
+            SettingError: not one for each body, a time that is past, or a function with a time.
         """
+        now = self._step * self._timestep
+        if since_s is not None and not now - self._timestep / 2 <= since_s < np.inf:
+            raise SettingError(f"motions since {since_s:g} s; valid: now, {now:g} s, or later")
         since = self._step if since_s is None else round(since_s / self._timestep)
-        if since < self._step:
-            raise SettingError(f"motions since {since_s:g} s; valid: now, {self._step * self._timestep:g} s, or later")
         if len(motions) == 1 and callable(motions[0]) and not isinstance(motions[0], Motion):
+            if since_s is not None or anew:
+                raise SettingError("a function gives motions when they are needed; valid: without since_s and anew")
             self._source = motions[0]
             return
         if len(motions) != len(self._lines):
@@ -216,7 +224,9 @@ class Tracker:
         return merge_touches(touches[bisect_left(touches, first, key=lambda one: one.step) :], self._timestep)
 
     def push(self, push: Push) -> None:
-        """Push while it goes on; `Push.start` counts from the first step. SettingError for an unknown segment."""
+        """Push while it goes on; `Push.start` counts from the first step. SettingError for an unknown segment, or no `Push`."""
+        if not isinstance(push, Push):
+            raise SettingError(f"{push!r} is no push; valid: a simprep.Push")
         self._push.add(push)
 
     def step(self) -> None:
@@ -288,7 +298,7 @@ class Tracker:
         if self._source is not None and self.ahead_s < ASK_S:
             more = self._source(None if self._brain is None else self._state())
             if more is not None:
-                self.extend(*((more,) if isinstance(more, Motion) else more))
+                self.extend(*(more if isinstance(more, Sequence) else (more,)))
         if any(line.last < 0 for line in self._lines):
             raise SettingError("there is no motion to track yet; extend the tracker by one for each body")
         given = [line.last for line in self._lines]

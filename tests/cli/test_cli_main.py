@@ -69,6 +69,10 @@ def test_wrong_usage_exits_2(arguments, capsys):
         (["validate", "--target", "stand", "--alpha", "1.5"], ("alpha 1.5", "0 to 1")),
         (["validate", "--target-frame", "3"], ("--target-frame", "exactly one --target")),
         (["validate", "--seeds", "0"], ("--seeds 0", "1 to 1000")),
+        (["track", "walk", "--seed", "-1"], ("--seed -1", "0 or more")),
+        (["track", "walk", "--kicks", "-1"], ("--kicks -1", "a seed, 0 or more")),
+        (["track", "walk", "--delay-ms", "1000"], ("--delay-ms 1000", "0 to 200")),
+        (["approach", "--goal", "1,0", "--seed", "-1"], ("--seed -1", "0 or more")),
     ],
 )
 def test_a_bad_wish_is_one_line_and_exit_2(arguments, words, capsys):
@@ -79,6 +83,24 @@ def test_a_bad_wish_is_one_line_and_exit_2(arguments, words, capsys):
     assert printed.err.count("\n") == 1
     for word in words:
         assert word in printed.err
+
+
+@pytest.mark.parametrize(
+    ("command", "place", "words"),
+    [
+        (["track", "walk"], "file", "file is a file; valid: a folder"),
+        (["push", "stand"], "file/sub/x", "file is a file; valid: a folder"),
+        (["import", "no.bvh"], "file/x.npz", "file is a file; valid: a folder"),
+        (["import", "no.bvh"], ".", "a folder; valid: a file"),
+    ],
+)
+def test_a_place_that_cannot_be_written_is_said_before_the_work(command, place, words, tmp_path, capsys):
+    (tmp_path / "file").write_text("in the way")
+    assert main([*command, "-o", str(tmp_path / place)]) == 2
+    printed = capsys.readouterr()
+    assert printed.err.startswith(f"simprep: -o {tmp_path / place}: ")
+    assert words in printed.err
+    assert printed.err.count("\n") == 1
 
 
 def test_an_error_in_a_process_has_no_traceback(tmp_path):

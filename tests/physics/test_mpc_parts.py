@@ -17,7 +17,8 @@ from simprep.motion.motion import Motion
 from simprep.physics.bodies import scene_bodies
 from simprep.physics.controller import ControlTask
 from simprep.physics.inverse_dynamics import InverseDynamics
-from simprep.physics.mpc import MPC_PRESETS, MpcController, MpcSettings
+from simprep.physics.mpc import MpcController
+from simprep.physics.mpc_settings import MPC_PRESETS, MpcSettings
 from simprep.physics.planner import build_planner
 from simprep.physics.reference import Reference, make_reference
 from simprep.physics.rollouts import Record
@@ -286,6 +287,12 @@ def test_impossible_settings_are_refused() -> None:
             SettingError, match=r"mpc: weights.instants .* s; valid: 1.5 timesteps to the horizon, 0.0156"
         ):
             MpcSettings(weights=CostWeights(instants=instants))
+    for wrong in (
+        {"samples": 20.5}, {"threads": -3}, {"fade_in": np.nan}, {"horizon": np.inf}, {"noise_scale": -1.0}, {"shrink": 0.0},
+        {"scales": ()}, {"noise": ()}, {"torque_share": np.nan},
+    ):  # fmt: skip
+        with pytest.raises(SettingError, match=f"mpc: {next(iter(wrong))} .*; valid: "):
+            MpcSettings(**wrong)  # type: ignore[arg-type]
     with pytest.raises(SettingError, match=r"mpc: damping \(0.0,\); valid"):
         MpcSettings(damping=(0.0,))
     with pytest.raises(SettingError, match=r"mpc: harder .*; valid: \(cost, samples, refined\) with ascending costs"):

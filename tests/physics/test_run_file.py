@@ -16,7 +16,7 @@ from simprep.humanoid_model import humanoid
 from simprep.metrics.evaluate import evaluate_run
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
-from simprep.physics.mpc import MpcSettings
+from simprep.physics.mpc_settings import MpcSettings
 from simprep.physics.run import Assist, Run
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.simulate import simulate

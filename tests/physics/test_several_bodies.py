@@ -14,7 +14,7 @@ from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.motion import Motion
 from simprep.physics.contacts import Touch, merge_touches
 from simprep.physics.falls import FallRule
-from simprep.physics.mpc import MpcSettings
+from simprep.physics.mpc_settings import MpcSettings
 from simprep.physics.reference import ReferenceSettings
 from simprep.physics.run import Run
 from simprep.physics.settings import SimulationSettings

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import simprep
-from simprep import Kick, Mismatch, MpcSettings, SimulationSettings, Tracker
+from simprep import Kick, Mismatch, MpcSettings, Push, SimulationSettings, Tracker
 from simprep.errors import MotionError, SettingError, UnknownNameError
 from simprep.library import library_motion
 from simprep.motion.edit import cut, move, repeat
@@ -123,6 +123,46 @@ def test_what_a_tracker_refuses(walk: simprep.Motion) -> None:
         tracker.extend(move(walk, (-2.0, 0.0)))
     with pytest.raises(MotionError, match="belongs to"):
         tracker.extend(replace(walk, character=simprep.humanoid(1.6, 55.0)))
+    for since in (-1.0, np.nan, np.inf):
+        with pytest.raises(SettingError, match=f"motions since {since:g} s; valid: now, 0 s, or later"):
+            tracker.extend(walk, since_s=since)
+    with pytest.raises(SettingError, match="a function gives motions when they are needed"):
+        tracker.extend(lambda state: None, since_s=1.0)
+    with pytest.raises(SettingError, match=r"5 is no push; valid: a simprep\.Push"):
+        tracker.push(5)  # type: ignore[arg-type]
+    asking = Tracker(controller="pd")
+    asking.extend(lambda state: 5)  # type: ignore[arg-type,return-value]
+    with pytest.raises(SettingError, match="5 is no motion"):
+        asking.step()
+
+
+@pytest.mark.parametrize("seed", [-1, 1.5, None, True, "0"])
+def test_a_seed_is_a_whole_number(seed: object) -> None:
+    with pytest.raises(SettingError, match=r"seed .*; valid: a whole number, 0 or more"):
+        Tracker(seed=seed)  # type: ignore[arg-type]
+    with pytest.raises(SettingError, match=r"seed .*; valid: a whole number, 0 or more"):
+        random_kicks(seed, 10.0)  # type: ignore[arg-type]
+
+
+def test_only_a_character_is_a_body(walk: simprep.Motion) -> None:
+    for wrong in ("humanoid", walk, [walk]):
+        with pytest.raises(SettingError, match="is no body; valid: a Character"):
+            Tracker(wrong)  # type: ignore[arg-type]
+
+
+def test_pushes_and_kicks_are_numbers() -> None:
+    with pytest.raises(SettingError, match=r"push: force \(1, 0\); valid: three numbers"):
+        Push("pelvis", 0.0, 0.2, (1, 0))  # type: ignore[arg-type]
+    with pytest.raises(SettingError, match=r"push at nan s for 0\.2 s; valid"):
+        Push("pelvis", np.nan, 0.2, (1, 0, 0))
+    with pytest.raises(SettingError, match=r"push at 0\.0 s for -1\.0 s; valid"):
+        Push("pelvis", 0.0, -1.0, (1, 0, 0))
+    with pytest.raises(SettingError, match=r"kick: spin .*nan.*; valid: three numbers"):
+        Kick(0.0, (0, 0, 0), (0, 0, np.nan))
+    with pytest.raises(SettingError, match="kick at inf s; valid: a number"):
+        Kick(np.inf, (0, 0, 0))
+    with pytest.raises(SettingError, match="kicks for nan s"):
+        random_kicks(0, np.nan)
 
 
 def test_a_controller_without_follow_cannot_track_a_growing_reference(walk: simprep.Motion) -> None:

@@ -11,7 +11,7 @@ from simprep.library import library_motion
 from simprep.motion.edit import cut, repeat
 from simprep.motion.kinematics import body_clearance, forward_kinematics
 from simprep.motion.motion import Motion
-from simprep.physics.mpc import MpcSettings
+from simprep.physics.mpc_settings import MpcSettings
 from simprep.physics.pushes import Push
 from simprep.physics.reference import ReferenceSettings, make_reference
 from simprep.physics.run import Run

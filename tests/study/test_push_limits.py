@@ -14,7 +14,7 @@ from simprep.library import library_motion
 from simprep.motion.edit import move
 from simprep.motion.motion import Motion
 from simprep.motion.store import save_motion
-from simprep.physics.mpc import MpcSettings
+from simprep.physics.mpc_settings import MpcSettings
 from simprep.physics.pushes import Push
 from simprep.physics.run import Assist
 from simprep.physics.settings import SimulationSettings
@@ -212,6 +212,19 @@ def test_what_the_numbers_cannot_say_is_a_warning(fake, still_file, tmp_path, ca
     printed = capsys.readouterr()
     assert "still falls without any push with 1 of 2 seeds" in printed.err
     assert "1600 N, was survived; the limit may lie above it" in printed.err
+
+
+def test_directions_and_a_force_of_ones_own(fake, still_file, tmp_path, capsys):
+    fake(lambda angle, seed: 200 + 100 * seed + angle)
+    common = ["--direction", "45", "90", "--at", "1", "-o", str(tmp_path), "--json", "--no-pictures"]
+    assert main(["push", still_file, *common]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["directions_deg"] == [45, 90]
+    np.testing.assert_allclose(content["max_force_n"], [345, 390], atol=20)
+    assert main(["push", still_file, "--force", "350", *common]) == 0
+    content = json.loads(capsys.readouterr().out)
+    assert content["force_n"] == [[0, 0, 350], [0, 350, 350]]  # of three seeds each
+    assert content["assist_n"] == 350
 
 
 def test_a_loop_is_repeated_until_the_push_is_over(fake, tmp_path):

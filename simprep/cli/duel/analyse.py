@@ -74,8 +74,6 @@ class DuelAnalyse(BaseCommand):
         from simprep.report.duel.tables import analysis_markdown
         from simprep.report.results import provenance, save_json
 
-        if self.seed < 0:
-            raise SettingError(f"--seed {self.seed}; valid: 0 or more")
         if not 1 <= self.splits <= 100:
             raise SettingError(f"--splits {self.splits}; valid: 1 to 100")
         if not 1 <= self.components <= 48:

@@ -21,6 +21,8 @@ class DuelImport(BaseCommand):
     Example: simprep duel import 18_01.bvh 19_01.bvh -o handshake.npz
     """
 
+    OUT_IS_FILE = True
+
     files: Annotated[tyro.conf.Positional[tuple[Path, ...]], tyro.conf.arg(metavar="A [B]", help_behavior_hint="")]
     """The file of each person, or one file with both; a folder stands for the one file of simprep in it."""
 

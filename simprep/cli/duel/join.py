@@ -16,6 +16,8 @@ class DuelJoin(BaseCommand):
     Example: simprep duel join round1.npz round2.npz -o fight.npz
     """
 
+    OUT_IS_FILE = True
+
     streams: Annotated[
         tyro.conf.Positional[tuple[Path, ...]], tyro.conf.arg(metavar="STREAM [STREAM ...]", help_behavior_hint="")
     ]

@@ -25,6 +25,8 @@ class DuelLabel(BaseCommand):
     Example: simprep duel label fight.npz annotations.csv -o labels.csv
     """
 
+    OUT_IS_FILE = True
+
     stream: Annotated[tyro.conf.Positional[Path], tyro.conf.arg(metavar="STREAM", help_behavior_hint="")]
     """The .npz file that `simprep duel import` wrote, or its folder."""
 
@@ -69,8 +71,6 @@ class DuelLabel(BaseCommand):
 
         if not 1 <= self.count <= 10_000:
             raise SettingError(f"--count {self.count}; valid: 1 to 10000")
-        if self.seed < 0:
-            raise SettingError(f"--seed {self.seed}; valid: 0 or more")
         stream = read_stream(self.stream)
         for warning in check_stream(stream).warnings:
             output.warn(warning)

@@ -46,8 +46,6 @@ class DuelSynthetic(BaseCommand):
         from simprep.report.duel.tables import synthetic_markdown
         from simprep.report.results import save_json
 
-        if self.seed < 0:
-            raise SettingError(f"--seed {self.seed}; valid: 0 or more")
         settings = preset(self.preset)
         if self.clips is not None:
             if not 1 <= self.clips <= 1000:

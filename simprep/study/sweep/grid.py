@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 from simprep.errors import SettingError, UnknownNameError
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.named_controllers import CONTROLLERS
 from simprep.preparation.scenario import ALL_ARMS, ARMS, AlphaProfile
 from simprep.study.plan import BEFORE_PHYSICS, DETERMINISTIC, QUICK_PROFILE

@@ -20,7 +20,7 @@ from simprep.motion.edit import to_length, yaw
 from simprep.motion.formats.acclaim import find_skeleton
 from simprep.motion.motion import Motion
 from simprep.motion.transfer import import_onto, onto
-from simprep.physics.mpc import MPC_PRESETS
+from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.pushes import Push
 from simprep.physics.run import Run
 from simprep.physics.settings import SimulationSettings

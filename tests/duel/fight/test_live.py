@@ -33,7 +33,7 @@ from simprep.motion.kinematics import forward_kinematics
 from simprep.motion.rotations import wrap_angle
 from simprep.motion.turns import turned
 from simprep.physics.contacts import BodyContact
-from simprep.physics.mpc import MpcSettings
+from simprep.physics.mpc_settings import MpcSettings
 from simprep.physics.settings import SimulationSettings
 from simprep.physics.tracker import Tracker
 from simprep.physics.tracker_state import TrackerState
