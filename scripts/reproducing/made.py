@@ -52,7 +52,7 @@ def _experiment(name: str, minutes: float, seeds: int = 10) -> Made:
 
 
 EVERYTHING = (
-    Made("reference", "reference", ("simprep", "validate", "--full", "-o", "{out}", "--quiet"), "metrics.json", 8),
+    Made("reference", "reference", ("simprep", "validate", "--full", "--yardstick", "-o", "{out}", "--quiet"), "metrics.json", 8),
     Made("fight", "fight", ("simprep", "fight", "--seconds", "20", "--seed", "0", "-o", "{out}", "--quiet"), "metrics.json", 2),
     Made("timestep", "timestep", ("scripts/timestep_study.py", "--seeds", "3", "-o", "{out}"), "timestep.json", 15),
     Made("library", "library", ("scripts/tracking_study.py", "--seeds", "3", "-o", "{out}"), "tracking.json", 25),

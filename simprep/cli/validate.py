@@ -79,6 +79,10 @@ class Validate(BaseCommand):
     dose_halvings: int = 2
     """How often the interval between the last level survived and the first that is not is halved."""
 
+    yardstick: bool = False
+    """Measure how long the yardstick takes afterwards (some seconds), for the column yardsticks: computing time that compares
+    between machines (docs/tracking.md). Only while nothing else runs here."""
+
     processes: Annotated[int | None, tyro.conf.arg(metavar="INT", help_behavior_hint="")] = None
     """Cases simulated at a time, each in a process of its own; default one for each core, 8 at most. Changes no result."""
 
@@ -105,6 +109,7 @@ class Validate(BaseCommand):
         plan = self._plan(output)  # a bad file fails before the imports
         from simprep.physics.mpc_settings import MPC_PRESETS
         from simprep.physics.settings import SimulationSettings
+        from simprep.physics.yardstick import Yardstick
         from simprep.report.page import write_report
         from simprep.report.results import provenance
         from simprep.study.page import study_page
@@ -126,6 +131,8 @@ class Validate(BaseCommand):
                 settings,
                 self.processes or default_processes(),
             )
+        if self.yardstick and study.complete:
+            study.yardstick_s = Yardstick().processor_seconds()
         files = [*study.files]
         if not self.no_pictures and study.results:
             files += draw_study(study, self.out, output.warn)

@@ -17,6 +17,7 @@ LEFT_OUT = (
     "fps_kinematic",
     "yardstick_s",
     "pair_yardsticks",
+    "yardsticks",
     "fps",
     "fell_at_s",
     "seed",

@@ -18,8 +18,11 @@ Paired = dict[str, Summary]
 
 
 def case_rows(study: Study) -> list[dict[str, Any]]:
-    """One flat mapping per finished case: target, alpha, arm, controller, seed, and its metrics."""
-    return [
+    """One flat mapping per finished case: target, alpha, arm, controller, seed, its metrics, and its cost where a yardstick is known.
+
+    `yardsticks` is half of the processor time per simulated second, as if two cores had shared it.
+    """
+    rows: list[dict[str, Any]] = [
         {
             **asdict(result.case.condition),
             "controller": result.case.controller,
@@ -28,6 +31,11 @@ def case_rows(study: Study) -> list[dict[str, Any]]:
         }
         for result in study.results
     ]
+    if study.yardstick_s is not None:
+        for row in rows:
+            cost = row["cpu_s_per_s"]
+            row["yardsticks"] = None if cost is None else cost / 2 / study.yardstick_s
+    return rows
 
 
 def motion_rows(study: Study) -> list[dict[str, Any]]:

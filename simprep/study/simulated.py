@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from functools import partial
+from time import process_time
 from typing import Any
 
 from simprep.errors import SimprepError
@@ -43,7 +44,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a job: its metrics (`evaluate_run`, and doses), and the simulated motion where that is wanted."""
+    """What came of a job: its metrics (`evaluate_run`, processor time, doses), and the simulated motion where that is wanted."""
 
     metrics: Mapping[str, Any]
     simulated: Motion | None
@@ -51,8 +52,10 @@ class Outcome:
 
 def outcome(job: Job, tell: Tell = lambda what, share: None) -> Outcome:
     """Simulate and measure; `tell` is called with what is being done and the share of it that is done."""
+    begin = process_time()
     run = track(job.motion, job.controller, job.seed, job.settings, progress=lambda share: tell(job.label, share))
-    metrics = {**evaluate_run(run), **_doses(job, tell)}  # finds rise and launch in the reference's events
+    cost = {"cpu_s_per_s": (process_time() - begin) / run.end_s if run.end_s > 0 else None}
+    metrics = {**evaluate_run(run), **cost, **_doses(job, tell)}  # finds rise and launch in the reference's events
     return Outcome(metrics, run.simulated_motion() if job.keep else None)
 
 

@@ -23,7 +23,7 @@ SCHEMA = "simprep.validate/1"
 
 
 def study_content(study: Study) -> dict[str, Any]:
-    """The study's numbers: `complete`, `wall_s`, `cases`, `paired`, `paired_before_physics`, `motions`, `assist`.
+    """The study's numbers: `complete`, `wall_s`, `yardstick_s`, `cases`, `paired`, `paired_before_physics`, `motions`, `assist`.
 
     With the arm `dynamic`, also `paired_dynamic` and `paired_dynamic_before_physics`: that arm minus `blended`. `motions` are measured before physics; `assist` is the largest over all cases.
     """
@@ -38,6 +38,7 @@ def study_content(study: Study) -> dict[str, Any]:
     return {
         "complete": study.complete,
         "wall_s": round(study.wall_s, 2),
+        "yardstick_s": study.yardstick_s,
         "cases": cases,
         "paired": paired_by_controller(study),
         "paired_before_physics": paired_before_physics(study),

@@ -6,7 +6,15 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from simprep.study.compare import OTHER_OPTIMISER, WITH, WITHOUT, median_of, paired_before_physics, paired_by_controller
+from simprep.study.compare import (
+    OTHER_OPTIMISER,
+    WITH,
+    WITHOUT,
+    case_rows,
+    median_of,
+    paired_before_physics,
+    paired_by_controller,
+)
 from simprep.study.doses import DOSES
 from simprep.study.plan import ARM_LABELS, BEFORE_PHYSICS
 from simprep.study.validate import Study
@@ -16,11 +24,13 @@ Column = tuple[str, str, str]
 
 RUN_COLUMNS: tuple[Column, ...] = (
     ("MPJPE [mm]", "mpjpe_mm", ".0f"),
+    ("G-MPJPE [mm]", "g_mpjpe_mm", ".0f"),
     ("COM-COS [mm]", "com_cos_mm", ".0f"),
     ("MoS [mm]", "margin_of_stability_mm", ".0f"),
     ("COM inside", "com_inside_share", ".0%"),
     ("acc. [rad/s2]", "peak_acceleration_rad_s2", ".0f"),
     ("torque [N m]", "peak_torque_nm", ".0f"),
+    ("yardsticks", "yardsticks", ".2f"),
 )
 MOTION_COLUMNS: tuple[Column, ...] = (
     ("COM-COS [mm]", "com_cos_mm", ".0f"),
@@ -64,15 +74,13 @@ def _runs(study: Study) -> Table:
     table = Table(title="Simulated (medians over cases, each until its end)", title_justify="left")
     for heading in ("controller", "arm", "success", "fell at [s]"):
         table.add_column(Text(heading), no_wrap=True)
-    for heading, *_ in RUN_COLUMNS:
+    rows = case_rows(study)
+    columns = [column for column in RUN_COLUMNS if column[1] != "yardsticks" or study.yardstick_s is not None]
+    for heading, *_ in columns:
         table.add_column(Text(heading), justify="right")  # Text: brackets in a str would be markup
     for controller in study.plan.controllers:
         for arm in study.plan.arms:
-            cases = [
-                result.metrics
-                for result in study.results
-                if (result.case.controller, result.case.condition.arm) == (controller, arm)
-            ]
+            cases = [row for row in rows if (row["controller"], row["arm"]) == (controller, arm)]
             if not cases:
                 continue
             successes = sum(bool(case["success"]) for case in cases)
@@ -81,7 +89,7 @@ def _runs(study: Study) -> Table:
                 ARM_LABELS[arm],
                 f"{successes}/{len(cases)}",
                 _cell([case.get("fell_at_s") for case in cases], ".2f"),
-                *(_cell([case.get(key) for case in cases], form) for _, key, form in RUN_COLUMNS),
+                *(_cell([case.get(key) for case in cases], form) for _, key, form in columns),
             )
         table.add_section()
     return table

@@ -21,7 +21,7 @@ _Key = tuple[bytes, float, str, int]
 
 @dataclass(frozen=True)
 class CaseResult:
-    """One simulation: its case, its metrics (`evaluate_run`) and the simulated motion, for the first seed only."""
+    """One simulation: its case, its metrics (`simprep.study.simulated.Outcome`) and the simulated motion, for the first seed only."""
 
     case: Case
     metrics: Mapping[str, Any]
@@ -40,6 +40,7 @@ class Study(SelfShowing):
         complete: every case of the plan is finished.
         wall_s: computing time [s].
         files: motions saved so far.
+        yardstick_s: processor time of the yardstick (`simprep.physics.yardstick`), where it was measured [s].
     """
 
     plan: StudyPlan
@@ -49,6 +50,7 @@ class Study(SelfShowing):
     complete: bool = False
     wall_s: float = 0.0
     files: list[Path] = field(default_factory=list)
+    yardstick_s: float | None = None
 
     def facts(self) -> tuple[str, Mapping[str, Any]]:
         """What `rich.print(study)` and Jupyter show."""

@@ -100,7 +100,7 @@ def test_the_list_shows_commands(monkeypatch, capsys):
     monkeypatch.setattr(sys, "argv", ["reproduce.py", "--list"])
     assert reproduce.main() == 0
     shown = capsys.readouterr().out
-    assert "simprep validate --full -o results/reference --quiet" in " ".join(shown.split())
+    assert "simprep validate --full --yardstick -o results/reference --quiet" in " ".join(shown.split())
 
 
 @pytest.mark.parametrize("one", EVERYTHING, ids=lambda one: one.name)

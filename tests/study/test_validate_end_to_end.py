@@ -21,7 +21,18 @@ def validate(folder: Path) -> dict:
     """The smallest study there is: a step and a half from a file, one target, one level, both controllers."""
     walk = replace(repeat(simprep.library_motion("walk"), 2), loop=False)
     simprep.save_motion(cut(walk, 0, 72), folder / "steps.npz")
-    arguments = ["--locomotion", "steps.npz", "--target", "jab_left_head", "--alpha", "1", "-o", "study", "--json"]
+    arguments = [
+        "--locomotion",
+        "steps.npz",
+        "--target",
+        "jab_left_head",
+        "--alpha",
+        "1",
+        "-o",
+        "study",
+        "--json",
+        "--yardstick",
+    ]
     done = subprocess.run(
         [sys.executable, "-m", "simprep.cli.main", "validate", *arguments],
         capture_output=True, text=True, cwd=folder, env={**os.environ, "PYTHONPATH": str(ROOT)}, check=False,
@@ -52,6 +63,14 @@ def test_mpc_stays_up_and_plain_servos_fall(study):
         assert case["success"] == (case["controller"] == "mpc"), case
         assert case["end"] == ("done" if case["controller"] == "mpc" else "fell")
         assert 0 < case["mpjpe_mm"] < (50 if case["controller"] == "mpc" else 500)
+
+
+def test_costs_are_in_yardsticks(study):
+    content = study[0]
+    for case in content["cases"]:
+        assert case["yardsticks"] == pytest.approx(case["cpu_s_per_s"] / 2 / content["yardstick_s"])
+    costs = {case["controller"]: case["yardsticks"] for case in content["cases"] if case["arm"] == "optimised"}
+    assert 0 < costs["pd"] < costs["mpc"]
 
 
 def test_all_files_are_there(study):
