@@ -51,6 +51,8 @@ def _experiment(name: str, minutes: float, seeds: int = 10) -> Made:
     return Made(name, name, words, "metrics.json", minutes)
 
 
+SIX = ("walk", "run", "punch", "kick", "jump", "crawl")
+"""Captured clips by which the presets are compared."""
 EVERYTHING = (
     Made("reference", "reference", ("simprep", "validate", "--full", "--yardstick", "-o", "{out}", "--quiet"), "metrics.json", 8),
     Made("fight", "fight", ("simprep", "fight", "--seconds", "20", "--seed", "0", "-o", "{out}", "--quiet"), "metrics.json", 2),
@@ -62,6 +64,16 @@ EVERYTHING = (
             "scripts/robustness_study.py", "--clips", "{data}", "--seeds", "1", "--conditions", "nominal", "mass -10 %",
             "mass +10 %", "motors -15 %", "friction 0.6", "friction 1.2", "delay 10 ms", "-o", "{out}",
         ), "robustness.json", 30,
+    ),
+    Made(
+        "captured", "captured",
+        ("scripts/tracking_study.py", "--motions", "--clips", "{data}", "--seeds", "6", "-o", "{out}"), "tracking.json", 30,
+    ),
+    Made(
+        "presets", "presets",
+        (
+            "scripts/presets_study.py", *(f"{{data}}/deepmimic/humanoid3d_{name}.txt" for name in SIX), "-o", "{out}",
+        ), "presets.json", 15,
     ),
     Made("launch_kicks", "launch_kicks", ("scripts/launch_kick_study.py", "-o", "{out}"), "launch_kicks.json", 60),
     _experiment("ball_kick", 5),
