@@ -41,7 +41,7 @@ class Track(BaseCommand):
     .npz motion."""
 
     controller: Literal["mpc", "balance", "pd"] = "mpc"
-    """mpc: servo targets corrected by receding-horizon sampling; balance: keeps its balance without looking ahead; pd: servos to the
+    """mpc: servo targets corrected by receding-horizon sampling; balance: keeps its balance, looking ahead with a pendulum only; pd: servos to the
     motion, nothing else."""
 
     preset: Preset = "default"
