@@ -8,6 +8,7 @@ from simprep.arrays import FloatArray
 from simprep.errors import SettingError, UnknownNameError
 from simprep.motion.edit import resample
 from simprep.motion.motion import Motion
+from simprep.preparation.letting_down import let_down
 from simprep.preparation.prepare import Preparation, extend, prepare
 from simprep.preparation.reference_posture import ReferencePosture, reference_posture
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
@@ -94,6 +95,8 @@ def build_scenario(
     All share timing, launch frame, entry frame of the target and transition. `none` walks on unprepared (a plain motion-graph
     transition), `traditional` blends every joint with the one weight alpha, `blended` is the preparation without posture
     optimisation, `optimised` the one with it, and `dynamic` the one with the optimiser of that name (`PreparationSettings.optimiser`).
+    A target that begins near the floor is led in by its own way up, backwards (`simprep.preparation.letting_down`): the longer, the
+    higher an arm's body is.
 
     Args:
         locomotion: a loop, or a clip long enough.
@@ -128,7 +131,8 @@ def build_scenario(
         used = replace(settings, optimiser="dynamic")
     approach = prepare(locomotion, target, levels, settings=used, optimise=arm in ("optimised", "dynamic"))
     begin = {RISE_EVENT: min(round(profile.lead * fps), at)}
-    motion = launch(replace(approach.motion, events=begin), at, target, reference.frame, profile.window, settings)
+    played, entry = let_down(target, reference.frame, approach.motion.qpos[at], profile.window)
+    motion = launch(replace(approach.motion, events=begin), at, played, entry, profile.window, settings)
     motion = replace(motion, name=f"{locomotion.name}_{target.name}_a{round(100 * profile.level):03d}_{arm}")
     return ScenarioResult(motion, approach, at, reference)
 

@@ -18,7 +18,6 @@ from simprep.motion.motion import Motion
 from simprep.motion.rotations import in_heading
 from simprep.motion.turns import rotation_between, turned
 from simprep.preparation.blending import split_heading
-from simprep.preparation.letting_down import let_down
 from simprep.preparation.planting import Standing, plant_feet
 from simprep.preparation.settings import DEFAULT_SETTINGS, PreparationSettings
 
@@ -53,8 +52,6 @@ def launch(
 ) -> Motion:
     """Play an approach, and from one of its frames on the target; the event `launch` marks the target's first frame.
 
-    A target that begins near the floor is led in by its own way up, backwards (`simprep.preparation.letting_down`).
-
     Args:
         approach: motion with at least one frame after `frame` (for its velocity there).
         frame: frame of the approach in whose place the target begins.
@@ -83,7 +80,6 @@ def launch(
             raise MotionError(f"{motion.name}: frame {given}; valid: 0 to {len(motion) - 1}")
     if not window > 0:
         raise SettingError(f"transition window {window} s; valid: above 0")
-    target, entry = let_down(target, entry, approach.qpos[frame], window)
     standing = forward_kinematics(approach.qpos[frame : frame + 1], approach.character)
     placed = _place(target, entry, approach, frame, standing)
     lifted = _stray_foot(placed, entry, approach, frame, standing, stray)
