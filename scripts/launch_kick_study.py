@@ -3,11 +3,14 @@
 Example: python scripts/launch_kick_study.py --targets punch_right kick_front --processes 2 -o results/launch_kicks
 
 It takes a minute for a target, as bodies that catch themselves get the most simulations. Each target is prepared while walking (level 0.5, posture optimised), and simulated from 1.5 s before the launch with `mpc`. At the
-launch the root's velocity changes by 1 m/s, in 8 directions. Writes OUT/launch_kicks.json and OUT/launch_kicks.md.
+launch the root's velocity changes by 1 m/s, in 8 directions. Writes OUT/launch_kicks.json and OUT/launch_kicks.md. With --add, runs of
+other targets that are there stay, and the file says when they were made.
 """
 
 import argparse
+import json
 import sys
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -17,7 +20,7 @@ import numpy as np
 
 from measuring.runs import measured_run, rows_of, yardsticks
 from measuring.save import save_study
-from simprep.errors import SimprepError
+from simprep.errors import SettingError, SimprepError
 from simprep.library import library_motion, library_names
 from simprep.motion.edit import cut
 from simprep.motion.motion import Motion
@@ -84,12 +87,29 @@ def markdown(rows: list[dict[str, Any]], preset: str, speed: float) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
+def runs_of_others(
+    folder: Path, targets: Collection[str], options: Mapping[str, Any]
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Runs of targets that are not measured now, from an earlier study, and when and how they were made.
+
+    Raises:
+        SettingError: the study there had another preset or another change of velocity.
+    """
+    earlier = json.loads((folder / "launch_kicks.json").read_text())
+    if earlier["preset"] != options["preset"] or any(run["kick_mps"] != options["speed"] for run in earlier["runs"]):
+        raise SettingError(f"{folder}: made with another preset or speed; valid: the same, or without --add")
+    runs = [run for run in earlier["runs"] if run["motion"] not in targets]
+    made = [*earlier.get("kept", []), {key: earlier[key] for key in ("command", "created_utc", "yardstick_s")}]
+    return runs, made
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--targets", nargs="+", help="default: every built-in motion with the event `target`")
     parser.add_argument("--speed", type=float, default=1.0, help="change of the root's velocity [m/s]")
     parser.add_argument("--seeds", type=int, default=1)
     parser.add_argument("--preset", choices=MPC_PRESETS, default="default")
+    parser.add_argument("--add", action="store_true", help="keep the runs of other targets that OUT holds")
     parser.add_argument("--processes", type=int, default=2)
     parser.add_argument("-o", "--out", type=Path, default=Path("results/launch_kicks"))
     options = parser.parse_args()
@@ -97,6 +117,7 @@ def main() -> int:
         targets = options.targets or [name for name in library_names() if "target" in library_motion(name).events]
         for target in targets:
             prepared(target)
+        others, kept = runs_of_others(options.out, targets, vars(options)) if options.add else ([], [])
     except SimprepError as error:
         print(error, file=sys.stderr)
         return 2
@@ -114,12 +135,16 @@ def main() -> int:
         lambda row: f"{row['motion']}, {row['direction_deg']:.0f} degrees, seed {row['seed']}",
     )
     rows = [{**row, "yardsticks": yardsticks(row, yardstick_s)} for row in rows]
+    rows = [*others, *({key: row[key] for key in KEPT} for row in rows)]
+    order = [name for name in library_names() if any(row["motion"] == name for row in rows)]
+    rows.sort(key=lambda row: order.index(row["motion"]))
     content = {
         "schema": "simprep.launch_kick_study/1",
         **provenance(sys.argv),
         "preset": options.preset,
         "yardstick_s": yardstick_s,
-        "runs": [{key: row[key] for key in KEPT} for row in rows],
+        **({"kept": kept} if kept else {}),
+        "runs": rows,
     }
     save_study(options.out, "launch_kicks", content, markdown(rows, options.preset, options.speed))
     return 0
