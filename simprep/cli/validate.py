@@ -80,7 +80,7 @@ class Validate(BaseCommand):
     """How often the interval between the last level survived and the first that is not is halved."""
 
     yardstick: bool = False
-    """Measure how long the yardstick takes afterwards (some seconds), for the column yardsticks: computing time that compares
+    """Measure how long the yardstick takes afterwards (some seconds), for the column cost: computing time that compares
     between machines (docs/tracking.md). Only while nothing else runs here."""
 
     processes: Annotated[int | None, tyro.conf.arg(metavar="INT", help_behavior_hint="")] = None

@@ -30,7 +30,7 @@ RUN_COLUMNS: tuple[Column, ...] = (
     ("COM inside", "com_inside_share", ".0%"),
     ("acc. [rad/s2]", "peak_acceleration_rad_s2", ".0f"),
     ("torque [N m]", "peak_torque_nm", ".0f"),
-    ("yardsticks", "yardsticks", ".2f"),
+    ("cost", "yardsticks", ".2f"),
 )
 MOTION_COLUMNS: tuple[Column, ...] = (
     ("COM-COS [mm]", "com_cos_mm", ".0f"),
@@ -71,9 +71,10 @@ def study_tables(study: Study) -> Iterator[Table]:
 
 
 def _runs(study: Study) -> Table:
-    table = Table(title="Simulated (medians over cases, each until its end)", title_justify="left")
+    cost = "" if study.yardstick_s is None else "; cost in yardsticks"
+    table = Table(title=f"Simulated (medians over cases, each until its end{cost})", title_justify="left")
     for heading in ("controller", "arm", "success", "fell at [s]"):
-        table.add_column(Text(heading), no_wrap=True)
+        table.add_column(Text(heading), no_wrap=heading != "fell at [s]")
     rows = case_rows(study)
     columns = [column for column in RUN_COLUMNS if column[1] != "yardsticks" or study.yardstick_s is not None]
     for heading, *_ in columns:
