@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from measuring.runs import measured_run, rows_of, yardsticks
+from measuring.runs import measured_run, rows_of
 from measuring.save import save_study
 from simprep.errors import SettingError, SimprepError
 from simprep.library import library_motion, library_names
@@ -27,7 +27,7 @@ from simprep.motion.motion import Motion
 from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.pushes import Kick
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.yardstick import Yardstick
+from simprep.physics.yardstick import Yardstick, yardsticks
 from simprep.preparation.scenario import scenario
 from simprep.report.results import provenance
 
@@ -134,7 +134,7 @@ def main() -> int:
         options.processes,
         lambda row: f"{row['motion']}, {row['direction_deg']:.0f} degrees, seed {row['seed']}",
     )
-    rows = [{**row, "yardsticks": yardsticks(row, yardstick_s)} for row in rows]
+    rows = [{**row, "yardsticks": yardsticks(row["cpu_s_per_s"], yardstick_s)} for row in rows]
     rows = [*others, *({key: row[key] for key in KEPT} for row in rows)]
     order = [name for name in library_names() if any(row["motion"] == name for row in rows)]
     rows.sort(key=lambda row: order.index(row["motion"]))

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from measuring.runs import measured_run, rows_of, yardsticks
+from measuring.runs import measured_run, rows_of
 from measuring.save import save_study
 from simprep.arrays import FloatArray
 from simprep.errors import SimprepError
@@ -24,7 +24,7 @@ from simprep.motion.load import load_motion
 from simprep.motion.motion import Motion
 from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.yardstick import Yardstick
+from simprep.physics.yardstick import Yardstick, yardsticks
 from simprep.report.results import provenance
 
 ACCELERATION_FPS = 30.0
@@ -102,7 +102,7 @@ def main() -> int:
     rows = rows_of(
         measured, jobs, options.processes, lambda row: f"{row['motion']}, {row['preset']}, seed {row['seed']}"
     )
-    rows = [{**row, "yardsticks": yardsticks(row, yardstick_s)} for row in rows]
+    rows = [{**row, "yardsticks": yardsticks(row["cpu_s_per_s"], yardstick_s)} for row in rows]
     content = {"schema": "simprep.presets_study/1", **provenance(sys.argv), "yardstick_s": yardstick_s}
     content |= {"runs": [{key: row[key] for key in KEPT} for row in rows]}
     save_study(options.out, "presets", content, markdown(rows))

@@ -23,7 +23,7 @@ from simprep.motion.load import import_motion
 from simprep.motion.motion import Motion
 from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.yardstick import Yardstick
+from simprep.physics.yardstick import Yardstick, yardsticks
 from simprep.report.results import provenance
 
 Job = tuple[Motion, int, str]
@@ -50,7 +50,7 @@ def markdown(rows: list[dict[str, Any]], yardstick_s: float) -> str:
         done = sum(row["done"] for row in own)
         lines.append(
             f"| {name} | {own[0]['duration_s']:.1f} s | {done}/{len(own)} | {own_medians[0]:.0f} | {own_medians[1]:.0f} | "
-            f"{own_medians[2]:.0f} | {speed} | {own_medians[3] / 2 / yardstick_s:.2f} |"
+            f"{own_medians[2]:.0f} | {speed} | {yardsticks(own_medians[3], yardstick_s):.2f} |"
         )
     lost = [row for row in rows if not row["done"]]
     lines += [

@@ -26,7 +26,7 @@ from simprep.physics.mismatch import Mismatch
 from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.pushes import random_kicks
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.yardstick import Yardstick
+from simprep.physics.yardstick import Yardstick, yardsticks
 from simprep.report.results import provenance
 
 CONDITIONS = {
@@ -68,7 +68,7 @@ def summary(rows: list[dict[str, Any]], yardstick_s: float) -> Iterator[dict[str
                 "tracked": sum(row["tracked"] for row in own),
                 "mpjpe_mm": medians["mpjpe_mm"],
                 "g_mpjpe_mm": medians["g_mpjpe_mm"],
-                "yardsticks": medians["cpu_s_per_s"] / 2 / yardstick_s,
+                "yardsticks": yardsticks(medians["cpu_s_per_s"], yardstick_s),
             }
 
 

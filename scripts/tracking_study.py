@@ -20,14 +20,14 @@ from rich.console import Console
 from rich.table import Table
 
 from measuring.clips import motions
-from measuring.runs import measured_run, rows_of, yardsticks
+from measuring.runs import measured_run, rows_of
 from measuring.save import save_study
 from simprep.errors import SimprepError
 from simprep.library import library_names
 from simprep.motion.motion import Motion
 from simprep.physics.mpc_settings import MPC_PRESETS
 from simprep.physics.settings import SimulationSettings
-from simprep.physics.yardstick import Yardstick
+from simprep.physics.yardstick import Yardstick, yardsticks
 from simprep.report.results import provenance
 
 KEYS = ("mpjpe_mm", "g_mpjpe_mm", "farthest_m", "foot_slip_ratio", "penetration_mm", "yardsticks")
@@ -88,7 +88,7 @@ def main() -> int:
         (name, motion, options.preset, seed) for name, motion in chosen.items() for seed in range(options.seeds)
     ]
     rows = rows_of(measured, jobs, options.processes)
-    rows = [{**row, "yardsticks": yardsticks(row, yardstick_s)} for row in rows]
+    rows = [{**row, "yardsticks": yardsticks(row["cpu_s_per_s"], yardstick_s)} for row in rows]
     for name, motion in chosen.items():
         results = [row for row in rows if row["motion"] == name]
         numbers = {key: [float(r[key]) for r in results if r[key] is not None] for key in KEYS}

@@ -40,11 +40,6 @@ def rows_of(
     return [rows[number] for number in range(len(jobs))]
 
 
-def yardsticks(row: dict[str, Any], yardstick_s: float) -> float | None:
-    """Cost of a second of motion in yardsticks, as if two cores had shared the run's processor time."""
-    return None if row["cpu_s_per_s"] is None else row["cpu_s_per_s"] / 2 / yardstick_s
-
-
 def measured_run(motion: Motion, seed: int, settings: SimulationSettings) -> tuple[Run, dict[str, Any]]:
     """Track a motion with `mpc`; the run, and the row of a study about it.
 

@@ -26,6 +26,16 @@ def best_rate(work: Callable[[], float], repeats: int = 3, clock: Callable[[], f
     return max(rates)
 
 
+def yardsticks(cpu_s_per_s: float | None, yardstick_s: float) -> float | None:
+    """Cost of a second of simulation in yardsticks, as if two cores had shared its processor time; None where that is unknown.
+
+    Args:
+        cpu_s_per_s: processor time of all cores for each simulated second [s].
+        yardstick_s: of `Yardstick.processor_seconds` [s].
+    """
+    return None if cpu_s_per_s is None else cpu_s_per_s / YARDSTICK_THREADS / yardstick_s
+
+
 class Yardstick:
     """The frozen model, simulated in a batch from standing, with constant controls."""
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from simprep.metrics.paired import Summary, paired_differences
+from simprep.physics.yardstick import yardsticks
 from simprep.study.plan import BEFORE_PHYSICS
 from simprep.study.validate import Study, launch_s
 
@@ -20,7 +21,7 @@ Paired = dict[str, Summary]
 def case_rows(study: Study) -> list[dict[str, Any]]:
     """One flat mapping per finished case: target, alpha, arm, controller, seed, its metrics, and its cost where a yardstick is known.
 
-    `yardsticks` is half of the processor time per simulated second, as if two cores had shared it.
+    `yardsticks` is that of `simprep.physics.yardstick.yardsticks`.
     """
     rows: list[dict[str, Any]] = [
         {
@@ -33,8 +34,7 @@ def case_rows(study: Study) -> list[dict[str, Any]]:
     ]
     if study.yardstick_s is not None:
         for row in rows:
-            cost = row["cpu_s_per_s"]
-            row["yardsticks"] = None if cost is None else cost / 2 / study.yardstick_s
+            row["yardsticks"] = yardsticks(row["cpu_s_per_s"], study.yardstick_s)
     return rows
 
 
