@@ -10,7 +10,7 @@ other targets that are there stay, and the file says when they were made.
 import argparse
 import json
 import sys
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from measuring.runs import measured_run, rows_of
+from measuring.runs import lost_runs, measured_run, rows_of
 from measuring.save import save_study
 from simprep.errors import SettingError, SimprepError
 from simprep.library import library_motion, library_names
@@ -60,6 +60,10 @@ def measured(job: Job) -> dict[str, Any]:
     return {**row, "motion": target, "direction_deg": direction, "kick_mps": speed}
 
 
+def words(row: dict[str, Any]) -> str:
+    return f"{row['motion']}, {row['direction_deg']:.0f} degrees, seed {row['seed']}"
+
+
 def markdown(rows: list[dict[str, Any]], preset: str, speed: float) -> str:
     lines = [
         f"`mpc`, preset `{preset}`, a kick of {speed:g} m/s at the launch: {sum(row['done'] for row in rows)} of {len(rows)} runs "
@@ -78,26 +82,23 @@ def markdown(rows: list[dict[str, Any]], preset: str, speed: float) -> str:
             f"| {target} | {sum(row['done'] for row in own)}/{len(own)} | {middle['mpjpe_mm']:.0f} | {middle['g_mpjpe_mm']:.0f} | "
             f"{middle['farthest_m']:.2f} | {middle['yardsticks']:.2f} |"
         )
-    fallen = [row for row in rows if not row["done"]]
-    lines += ["", "Fallen:" if fallen else "Fallen: none.", ""]
-    lines += [
-        f"- {row['motion']}, {row['direction_deg']:.0f} degrees, seed {row['seed']}: {row['survived_s']:.2f} s ({row['end_reason']})"
-        for row in fallen
-    ]
-    return "\n".join(lines).rstrip() + "\n"
+    return "\n".join([*lines, *lost_runs(rows, "Fallen", words)]) + "\n"
 
 
 def runs_of_others(
-    folder: Path, targets: Collection[str], options: Mapping[str, Any]
+    folder: Path, targets: Collection[str], preset: str, speed: float
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Runs of targets that are not measured now, from an earlier study, and when and how they were made.
+    """Runs in a folder of targets that are not measured now, and how and when those were made.
 
     Raises:
-        SettingError: the study there had another preset or another change of velocity.
+        SettingError: no study there, or one with another preset or change of velocity.
     """
-    earlier = json.loads((folder / "launch_kicks.json").read_text())
-    if earlier["preset"] != options["preset"] or any(run["kick_mps"] != options["speed"] for run in earlier["runs"]):
-        raise SettingError(f"{folder}: made with another preset or speed; valid: the same, or without --add")
+    path = folder / "launch_kicks.json"
+    if not path.is_file():
+        raise SettingError(f"--add: no {path}; valid: a folder with an earlier study")
+    earlier = json.loads(path.read_text(encoding="utf-8"))
+    if earlier["preset"] != preset or any(run["kick_mps"] != speed for run in earlier["runs"]):
+        raise SettingError(f"--add: {path} is of another preset or speed; valid: the same")
     runs = [run for run in earlier["runs"] if run["motion"] not in targets]
     made = [*earlier.get("kept", []), {key: earlier[key] for key in ("command", "created_utc", "yardstick_s")}]
     return runs, made
@@ -117,7 +118,7 @@ def main() -> int:
         targets = options.targets or [name for name in library_names() if "target" in library_motion(name).events]
         for target in targets:
             prepared(target)
-        others, kept = runs_of_others(options.out, targets, vars(options)) if options.add else ([], [])
+        others, kept = runs_of_others(options.out, targets, options.preset, options.speed) if options.add else ([], [])
     except SimprepError as error:
         print(error, file=sys.stderr)
         return 2
@@ -128,16 +129,10 @@ def main() -> int:
         for number in range(DIRECTIONS)
         for seed in range(options.seeds)
     ]
-    rows = rows_of(
-        measured,
-        jobs,
-        options.processes,
-        lambda row: f"{row['motion']}, {row['direction_deg']:.0f} degrees, seed {row['seed']}",
-    )
+    rows = rows_of(measured, jobs, options.processes, words)
     rows = [{**row, "yardsticks": yardsticks(row["cpu_s_per_s"], yardstick_s)} for row in rows]
     rows = [*others, *({key: row[key] for key in KEPT} for row in rows)]
-    order = [name for name in library_names() if any(row["motion"] == name for row in rows)]
-    rows.sort(key=lambda row: order.index(row["motion"]))
+    rows.sort(key=lambda row: library_names().index(row["motion"]))
     content = {
         "schema": "simprep.launch_kick_study/1",
         **provenance(sys.argv),

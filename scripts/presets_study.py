@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from measuring.runs import measured_run, rows_of
+from measuring.runs import lost_runs, measured_run, rows_of
 from measuring.save import save_study
 from simprep.arrays import FloatArray
 from simprep.errors import SimprepError
@@ -52,6 +52,10 @@ def measured(job: Job) -> dict[str, Any]:
     return {**row, "preset": preset, "acceleration_ratio": ratio}
 
 
+def words(row: dict[str, Any]) -> str:
+    return f"{row['motion']}, `{row['preset']}`, seed {row['seed']}"
+
+
 def markdown(rows: list[dict[str, Any]]) -> str:
     lines = [
         "Root-relative MPJPE and yardsticks: median (least to largest); global MPJPE: median; acceleration: mean. Of runs that were done.",
@@ -73,13 +77,7 @@ def markdown(rows: list[dict[str, Any]]) -> str:
                 f"{np.median(cost):.2f} ({cost.min():.2f} to {cost.max():.2f})",
             ]  # fmt: skip
         lines.append(f"| `{preset}` | {name} | {len(done)}/{len(own)} | {' | '.join(words)} |")
-    lost = [row for row in rows if not row["done"]]
-    lines += ["", "Not done:" if lost else "Not done: none.", ""]
-    lines += [
-        f"- {row['motion']}, `{row['preset']}`, seed {row['seed']}: {row['survived_s']:.2f} s ({row['end_reason']})"
-        for row in lost
-    ]
-    return "\n".join(lines).rstrip() + "\n"
+    return "\n".join([*lines, *lost_runs(rows, "Not done", words)]) + "\n"
 
 
 def main() -> int:
@@ -99,9 +97,7 @@ def main() -> int:
     jobs: list[Job] = [
         (motion, preset, seed) for preset in options.presets for motion in motions for seed in range(options.seeds)
     ]
-    rows = rows_of(
-        measured, jobs, options.processes, lambda row: f"{row['motion']}, {row['preset']}, seed {row['seed']}"
-    )
+    rows = rows_of(measured, jobs, options.processes, words)
     rows = [{**row, "yardsticks": yardsticks(row["cpu_s_per_s"], yardstick_s)} for row in rows]
     content = {"schema": "simprep.presets_study/1", **provenance(sys.argv), "yardstick_s": yardstick_s}
     content |= {"runs": [{key: row[key] for key in KEPT} for row in rows]}

@@ -40,6 +40,19 @@ def rows_of(
     return [rows[number] for number in range(len(jobs))]
 
 
+def lost_runs(rows: Sequence[dict[str, Any]], heading: str, words: Callable[[dict[str, Any]], str]) -> list[str]:
+    """Lines of Markdown that tell the runs that were not done: a heading, and when and why each ended.
+
+    Args:
+        rows: of `measured_run`.
+        heading: `Fallen`.
+        words: what a row is about.
+    """
+    lost = [row for row in rows if not row["done"]]
+    told = [f"- {words(row)}: {row['survived_s']:.2f} s ({row['end_reason']})" for row in lost]
+    return ["", f"{heading}:", "", *told] if lost else ["", f"{heading}: none."]
+
+
 def measured_run(motion: Motion, seed: int, settings: SimulationSettings) -> tuple[Run, dict[str, Any]]:
     """Track a motion with `mpc`; the run, and the row of a study about it.
 
