@@ -42,7 +42,7 @@ class MpcSettings:
         threads: simulation threads; 0 for all cores. Does not change the result.
 
     Raises:
-        SettingError: times or dampings that are not positive, or fewer samples than what is always tried.
+        SettingError: a number out of its range; the message names it and says what is valid.
     """
 
     timestep: float = 1 / 96
@@ -81,9 +81,17 @@ class MpcSettings:
     threads: int = 0
 
     def __post_init__(self) -> None:
-        for name in ("timestep", "horizon", "replan", "knot_spacing"):
+        units = {
+            "timestep": " s",
+            "horizon": " s",
+            "replan": " s",
+            "knot_spacing": " s",
+            "noise_scale": "",
+            "shrink": "",
+        }
+        for name, unit in units.items():
             if not 0 < getattr(self, name) < np.inf:
-                raise SettingError(f"mpc: {name} {getattr(self, name)} s; valid: above 0")
+                raise SettingError(f"mpc: {name} {getattr(self, name)}{unit}; valid: above 0")
         if not 1.5 * self.timestep <= self.weights.instants <= self.horizon:
             raise SettingError(
                 f"mpc: weights.instants {self.weights.instants:g} s; valid: 1.5 timesteps to the horizon, "
@@ -96,17 +104,13 @@ class MpcSettings:
             "refined": len(self.damping),
         }  # fmt: skip
         for name, least in least_of.items():
-            if getattr(self, name) < least:
+            if not least <= getattr(self, name) < np.inf:
                 raise SettingError(f"mpc: {name} {getattr(self, name)}; valid: at least {least}")
         for name in ("samples", "refined", "iterations", "first_rounds", "keep", "threads"):
             if not isinstance(getattr(self, name), int | np.integer):
                 raise SettingError(f"mpc: {name} {getattr(self, name)}; valid: a whole number")
-        for name in ("fade_in", "start_speed", "start_spin", "torque_share"):
-            if not np.isfinite(getattr(self, name)):
-                raise SettingError(f"mpc: {name} {getattr(self, name)}; valid: a number")
-        for name in ("noise_scale", "shrink"):
-            if not 0 < getattr(self, name) < np.inf:
-                raise SettingError(f"mpc: {name} {getattr(self, name)}; valid: above 0")
+        if not np.isfinite(self.torque_share):
+            raise SettingError(f"mpc: torque_share {self.torque_share}; valid: a number")
         if not self.scales or not min(self.scales) > 0:
             raise SettingError(f"mpc: scales {self.scales}; valid: one or more numbers above 0")
         if not self.noise or not all(value > 0 for _, value in self.noise):

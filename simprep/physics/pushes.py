@@ -28,7 +28,7 @@ class Push:
         force: (x, y, z) in the world frame, at the segment's COM [N].
 
     Raises:
-        SettingError: times or a force that are no such numbers.
+        SettingError: a time that is no number, a duration that is not above 0, or a force that is not three numbers.
     """
 
     body: str
@@ -38,7 +38,7 @@ class Push:
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.start) and 0 < self.duration < np.inf):
-            raise SettingError(f"push at {self.start} s for {self.duration} s; valid: numbers, the second above 0")
+            raise SettingError(f"push at {self.start} s for {self.duration} s; valid: a time, and a duration above 0")
         _check_vector("push: force", self.force)
 
 
@@ -53,7 +53,7 @@ class Kick:
         body: number of the body in the scene.
 
     Raises:
-        SettingError: a time or changes that are no such numbers.
+        SettingError: a time that is no number, or a change that is not three numbers.
     """
 
     time: float

@@ -98,8 +98,7 @@ class Tracker:
         for one in bodies:
             if not isinstance(one, Character):
                 raise SettingError(f"{one!r} is no body; valid: a Character, as of simprep.humanoid(), or several")
-        checked_seed(seed)
-        self._settings, self._seed, self._stands, self._records = settings, seed, stands, records
+        self._settings, self._seed, self._stands, self._records = settings, checked_seed(seed), stands, records
         self._scene = replace(settings.scene, bodies=bodies)
         self.model = settings.mismatch.world(self._scene)
         self._known = self.model if settings.mismatch == Mismatch() else build_scene(self._scene)
@@ -108,7 +107,7 @@ class Tracker:
         self._timestep = float(self.model.opt.timestep)
         self._lines = [ReferenceLine(one, self._timestep, settings.reference) for one in bodies]
         self._data = mujoco.MjData(self.model)
-        self._observer = Observer(self._known, self._bodies, settings.mismatch, np.random.default_rng([seed, 1]))
+        self._observer = Observer(self._known, self._bodies, settings.mismatch, np.random.default_rng([self._seed, 1]))
         self._push = PushApplier(self.model, settings.pushes, self._bodies, settings.kicks)
         self._between = ContactReader(self.model, self._bodies)
         self._brain: Controller | None = None
