@@ -1,5 +1,6 @@
 """The command line: exit codes, one-line errors, help, exactly one JSON object, nothing heavy before it is needed."""
 
+import errno
 import json
 import subprocess
 import sys
@@ -101,6 +102,15 @@ def test_a_place_that_cannot_be_written_is_said_before_the_work(command, place, 
     assert printed.err.startswith(f"simprep: -o {tmp_path / place}: ")
     assert words in printed.err
     assert printed.err.count("\n") == 1
+
+
+def test_a_disk_that_is_full_is_one_line_and_exit_2(arm_raise, tmp_path, monkeypatch, capsys):
+    def full(*_, **__):
+        raise OSError(errno.ENOSPC, "No space left on device", str(tmp_path / "run.npz"))
+
+    monkeypatch.setattr("simprep.physics.store.save_run", full)
+    assert main(["track", str(arm_raise), "--controller", "pd", "--no-pictures", "--quiet", "-o", str(tmp_path)]) == 2
+    assert capsys.readouterr().err == f"simprep: {tmp_path / 'run.npz'}: No space left on device\n"
 
 
 def test_an_error_in_a_process_has_no_traceback(tmp_path):
